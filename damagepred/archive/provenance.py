@@ -18,7 +18,7 @@ import xarray as xr
 from damagepred.enumerations import SOLVED
 from damagepred.errors import DamagedError
 from damagepred.runtime.one_thread import blas_libraries
-from damagepred.runtime.version import __version__, kernel_hash
+from damagepred.runtime.version import __version__, source_hash
 
 Environment = Mapping[str, str]
 
@@ -92,7 +92,7 @@ def environment() -> dict[str, str]:
     return {
         "damagepred_version": __version__,
         "damagepred_commit": package_commit(),
-        "kernel_hash": kernel_hash(),
+        "kernel_hash": source_hash("kernels", "solvers"),
         "machine": machine(),
         "libraries": f"Python {platform.python_version()}, {libraries}",
         "blas": blas(),

@@ -36,6 +36,18 @@ class SectionOptions:
     minimum_reinforcement: float = 1e-4
 
 
+class Wires(NamedTuple):
+    """Wires at top and bottom of s sections: stiffness, yield strength, stress per plastic strain, areas, levels."""
+
+    modulus: FloatArray  # (s,): E_s, yield strength, and stress per plastic strain after yield (Pa)
+    strength: FloatArray
+    hardening: FloatArray
+    top_area: FloatArray  # (s,): area (m2), level (m); the top level is negative
+    bottom_area: FloatArray
+    top_level: FloatArray
+    bottom_level: FloatArray
+
+
 class Sections(NamedTuple):
     """Sections of a reinforced-concrete beam, s of them; each is an interface between two of its segments.
 
@@ -47,16 +59,9 @@ class Sections(NamedTuple):
     law: IntArray  # (s,): CRACKED or BRANSON of kernels/concrete_section/law.py
     width: FloatArray  # (s,): concrete (m)
     depth: FloatArray
-    concrete_modulus: FloatArray  # (s,): E_c (Pa), f_ct in bending (Pa), f'c / E_c (1)
-    tensile_strength: FloatArray
+    concrete_modulus: FloatArray  # (s,): E_c (Pa), f'c / E_c (1)
     crushing_strain: FloatArray
-    steel_modulus: FloatArray  # (s,): E_s, yield strength, and stress per plastic strain after yield (Pa)
-    steel_strength: FloatArray
-    hardening_modulus: FloatArray
-    top_area: FloatArray  # (s,): wires: area (m2), level (m); the top level is negative
-    bottom_area: FloatArray
-    top_level: FloatArray
-    bottom_level: FloatArray
+    wires: Wires
     tension_stiffening: FloatArray  # (s,): beta (1)
     # (s,): of the uncracked section about mid-depth (N, Nm, Nm2), with its steel for "cracked": N = axial x
     # strain + coupled x curvature, M = coupled x strain + bending x curvature
@@ -159,15 +164,7 @@ def concrete_sections(
         "width": width,
         "depth": depth,
         "concrete_modulus": modulus,
-        "tensile_strength": concrete.flexural_strength,
         "crushing_strain": concrete.compressive_strength / modulus,
-        "steel_modulus": steel,
-        "steel_strength": concrete.steel_strength,
-        "hardening_modulus": steel * concrete.hardening / (1.0 - concrete.hardening),
-        "top_area": top_area,
-        "bottom_area": bottom_area,
-        "top_level": high,
-        "bottom_level": low,
         "tension_stiffening": concrete.tension_stiffening,
         "axial_stiffness": stiffness[0, 0],
         "coupled_stiffness": stiffness[0, 1],
@@ -182,10 +179,20 @@ def concrete_sections(
         "exponent": concrete.branson_exponent,
         "earlier_moment": concrete.earlier_moment,
     }
+    of_wires = {
+        "modulus": steel,
+        "strength": concrete.steel_strength,
+        "hardening": steel * concrete.hardening / (1.0 - concrete.hardening),
+        "top_area": top_area,
+        "bottom_area": bottom_area,
+        "top_level": high,
+        "bottom_level": low,
+    }
     columns = {name: np.tile(value, (number, *[1] * np.ndim(value))) for name, value in values.items()}
     return Sections(
         interface=np.asarray(interface, np.int64),
         length=np.array(np.broadcast_to(np.asarray(length, float), number)),
+        wires=Wires(**{name: np.full(number, value) for name, value in of_wires.items()}),
         **columns,
     )
 

@@ -75,8 +75,8 @@ class Wait:
     On a terminal one line counts the seconds and disappears before other output. Elsewhere dots follow the line.
     """
 
-    FIRST, DOT, TICK = 0.8, 1.5, 0.2
-    """Silence before the line on an activity, and before each dot; interval of the thread (s)."""
+    FIRST, DOT, COUNT, TICK = 0.8, 1.5, 4.0, 0.2
+    """Silence before the line on an activity, before each dot and each count; interval of the thread (s)."""
 
     def __init__(self) -> None:
         self.activities: list[list[Any]] = []
@@ -128,20 +128,21 @@ class Wait:
 
     def _say(self) -> None:
         activity, began = self.activities[-1]
+        count, dot = "", self.DOT
         if _is_compiling():
-            activity = "compiling the kernels, once per version"
+            activity, count, dot = "compiling the kernels, once per version", _compiled(), self.COUNT
         silence = time.monotonic() - max(self._printed, began if activity != self._said else 0.0)
         again = activity in self._named or bool(self.bars and not activity.startswith("compiling"))
-        if FORM.quiet or not activity or (self.bars and again and _err.is_terminal):
+        if FORM.quiet or not activity or (self.bars and again and _err.is_terminal and not count):
             return
         on_a_terminal = _err.is_terminal and not self.bars
-        if silence < (self.DOT if again and not on_a_terminal else self.FIRST) and not self._line_shown:
+        if silence < (dot if again and not on_a_terminal else self.FIRST) and not self._line_shown:
             return
-        text = f"{activity}, {time.monotonic() - began:.0f} s so far"
+        text = f"{activity}{count}, {time.monotonic() - began:.0f} s so far"
         if on_a_terminal:
             sys.stderr.write(f"\r{text[: _err.width - 1]}\x1b[K")
             self._line_shown = True
-        elif again:
+        elif again and not count:
             sys.stderr.write(".")
             self._dotted, self._printed = True, time.monotonic()
         else:
@@ -161,6 +162,14 @@ def _is_compiling() -> bool:
                 return True
             frame = frame.f_back  # type: ignore[assignment]
     return False
+
+
+def _compiled() -> str:
+    """Number of kernels compiled so far, of those that the walls need as far as is known."""
+    from damagepred.kernels.progress import progress
+
+    done, of = progress()
+    return f": {done} of {of}" if of else ""
 
 
 _WAIT = Wait()

@@ -18,9 +18,10 @@ from numba.extending import register_jitable
 
 from damagepred.kernels.cache_folder import cache_folder
 from damagepred.kernels.process_cache import ProcessCache
-from damagepred.runtime.version import kernel_hash
+from damagepred.kernels.progress import counted
+from damagepred.runtime.version import source_hash
 
-_shared = cache_folder(f"kernels-{kernel_hash()}")
+_shared = cache_folder(f"kernels-{source_hash('kernels')}")
 CACHE = None if _shared is None else ProcessCache(_shared)
 CACHE_FOLDER = None if CACHE is None else CACHE.folder
 """None: every process compiles again."""
@@ -29,6 +30,7 @@ if CACHE is not None:
 
 FLAGS = {"nogil": True, "error_model": "numpy"}
 """Without the interpreter lock; IEEE arithmetic (no fastmath: NaN must be seen)."""
+
 
 warnings.filterwarnings("ignore", "First-class function type", numba.NumbaExperimentalFeatureWarning)
 
@@ -44,7 +46,7 @@ def _compiled(compiler: Callable[..., Any], *arguments: Any, **options: Any) -> 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function that Python calls."""
-    return _compiled(numba.njit, function, no_cfunc_wrapper=True)
+    return counted(_compiled(numba.njit, function, no_cfunc_wrapper=True), function.__module__)
 
 
 def law(function: Callable[..., Any]) -> Any:
@@ -53,8 +55,8 @@ def law(function: Callable[..., Any]) -> Any:
 
 
 def rule(function: Callable[..., Any]) -> Any:
-    """Compile a function of kernels that is too long to be inlined."""
-    return register_jitable(no_cpython_wrapper=True, no_cfunc_wrapper=True, **FLAGS)(function)
+    """Compile a function of kernels that is too long to be inlined, once for each kind of arguments."""
+    return numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **FLAGS)(function)
 
 
 def _c_function(function: Callable[..., Any], signature: Any, **options: Any) -> Any:
@@ -69,6 +71,8 @@ class Phase(types.WrapperAddressProtocol):  # type: ignore[misc]
 
     def __init__(self, function: Callable[..., Any], signature: Any) -> None:
         self.function, self._signature, self._compiled = function, signature, None
+        self.signatures: list[Any] = []
+        counted(self, function.__module__)
 
     def signature(self) -> Any:
         """Types of result and arguments."""
@@ -78,6 +82,7 @@ class Phase(types.WrapperAddressProtocol):  # type: ignore[misc]
         """Entry point; compiles at the first call."""
         if self._compiled is None:
             self._compiled = _compiled(_c_function, self.function, signature=self._signature)
+            self.signatures.append(self._signature)
         return int(self._compiled.address)
 
     def __call__(self, *arguments: Any) -> Any:

@@ -20,13 +20,7 @@ OLD = 24 * 3600.0
 
 
 class ProcessCache:
-    """Compiled kernels of this process.
-
-    Attributes
-    ----------
-    folder : Path
-        Folder of this process.
-    """
+    """Compiled kernels of this process."""
 
     def __init__(self, shared: Path) -> None:
         self._shared, self._process = shared, os.getpid()

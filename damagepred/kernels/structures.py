@@ -52,7 +52,8 @@ class Structure(structref.StructRefProxy):
         source += f"def make_empty_{cls.__name__}():\n    return new_(kind_)\n"
         scope = {"new_": new, "kind_": cls.kind, "__name__": cls.__module__}
         exec(compile(source, inspect.getfile(cls), "exec"), scope)  # as of this file: numba caches by files
-        cls.make, cls.make_empty = kernel(scope[f"make_{cls.__name__}"]), kernel(scope[f"make_empty_{cls.__name__}"])
+        cls.make, cls._make_empty = kernel(scope[f"make_{cls.__name__}"]), scope[f"make_empty_{cls.__name__}"]
+        cls._make_empty.__module__ = __name__
 
     def __new__(cls, **values: Any) -> Any:
         """Check the values, and make the structure."""
@@ -89,6 +90,8 @@ class Structure(structref.StructRefProxy):
         arrays = {name: np.empty((0,) * dimensions, dtype) for name, dtype, dimensions in cls._arrays}
         if config.DISABLE_JIT:
             return cls._plain(dict.fromkeys(cls.fields, 0) | arrays)
+        if not hasattr(cls, "make_empty"):
+            cls.make_empty = kernel(cls._make_empty)
         made = cls.make_empty()
         made._values = arrays
         return made

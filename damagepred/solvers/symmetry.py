@@ -21,7 +21,7 @@ from damagepred.assembly import Model
 from damagepred.assembly.half_geometry import MIRRORED, HalfGeometry, MirrorImage, half_geometry
 from damagepred.assembly.mesh import HalfMesh
 from damagepred.assembly.model import BlockLaw, Ground, Jambs, JointProperties, Supports
-from damagepred.assembly.section import Sections
+from damagepred.assembly.section import Sections, Wires
 from damagepred.errors import SolverError
 from damagepred.solvers.options import DEFAULTS, SymmetryOptions
 from damagepred.solvers.state.increment import Increment, ZoneResults
@@ -247,6 +247,8 @@ def _sections_of_half(sections: Sections, geometry: HalfGeometry) -> Sections:
     number = np.full(len(geometry.mirror.interface), -1)
     number[geometry.faces] = np.arange(len(geometry.faces))
     interface = number[sections.interface]
-    half = Sections(*(values[interface >= 0] for values in sections))  # type: ignore[arg-type]
-    interface = interface[interface >= 0]
+    of_half = interface >= 0
+    wires = Wires(*(values[of_half] for values in sections.wires))
+    half = Sections(*(values[of_half] if isinstance(values, np.ndarray) else wires for values in sections))  # type: ignore[arg-type]
+    interface = interface[of_half]
     return half._replace(interface=interface, length=np.where(geometry.on_axis[interface], 0.5, 1.0) * half.length)

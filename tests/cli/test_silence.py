@@ -11,6 +11,7 @@ import time
 import pytest
 
 from damagepred.cli import terminal
+from damagepred.kernels import progress
 
 SLOW = """
 import sys, time
@@ -101,20 +102,51 @@ def test_activities_follow_each_other(monkeypatch: pytest.MonkeyPatch, capfd: py
     assert words == ["reading", "fitting", "drawing"]
 
 
+class Function:
+    """A function of kernels."""
+
+    def __init__(self, compiled: bool) -> None:
+        self.signatures = ["float64"] if compiled else []
+
+
 def test_an_activity_is_named_once_however_often_it_is_interrupted(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     compiling = [False]
     monkeypatch.setattr(terminal.FORM, "quiet", False)
     monkeypatch.setattr(terminal, "_is_compiling", lambda: compiling[0])
+    monkeypatch.setattr(progress, "_functions", [("linear", Function(done)) for done in (True, False, True)])
     monkeypatch.setattr(terminal.Wait, "FIRST", 0.0)
     wait = terminal.Wait()
     monkeypatch.setattr(wait, "_watch", lambda: None)  # no thread: the test looks instead
     with wait.doing("solving"):
         for compiling[0] in (False, True, False, True):
             wait._say()
-    words = [line.partition(",")[0] for line in capfd.readouterr().err.splitlines()]
-    assert words == ["solving", "compiling the kernels"]
+    words = [line.partition(", 0 s")[0] for line in capfd.readouterr().err.splitlines()]
+    assert words == ["solving", "compiling the kernels, once per version: 2 of 3"]
+
+
+def test_a_long_compilation_is_counted_again(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    functions = [Function(False) for _ in range(3)]
+    monkeypatch.setattr(terminal.FORM, "quiet", False)
+    monkeypatch.setattr(terminal, "_is_compiling", lambda: True)
+    monkeypatch.setattr(progress, "_functions", [("linear", function) for function in functions])
+    monkeypatch.setattr(terminal.Wait, "FIRST", 0.0)
+    monkeypatch.setattr(terminal.Wait, "COUNT", 0.0)
+    wait = terminal.Wait()
+    monkeypatch.setattr(wait, "_watch", lambda: None)
+    wait.bars = 1  # a bar of progress stands still meanwhile
+    with wait.doing("solving"):
+        for function in functions:
+            function.signatures = ["float64"]
+            wait._say()
+    assert [line.partition(", 0 s")[0][-6:] for line in capfd.readouterr().err.splitlines()] == [
+        "1 of 3",
+        "2 of 3",
+        "3 of 3",
+    ]
 
 
 def test_a_thread_that_ended_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:

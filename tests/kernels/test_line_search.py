@@ -33,7 +33,9 @@ class Spring:
         """Return the length of a step of 1 from 0."""
         start, step, end, force = np.zeros(1), np.ones(1), np.ones(1), np.zeros(1)
         ratio = self.residual(0.0, end, False, force)
-        length, _ = line_search(STEPS, self, None, 0.0, 0.0, start, step, 1.0, ratio, 0.1, 64.0, False, end, force)
+        length, _ = line_search.py_func(
+            STEPS, self, None, 0.0, 0.0, start, step, 1.0, ratio, 0.1, 64.0, False, end, force
+        )
         assert end[0] == length
         return float(length)
 

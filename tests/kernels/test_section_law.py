@@ -69,12 +69,12 @@ def by_layers(sections, plastic, strain, curvature, layers=40000):
     stress = concrete(strain + curvature * z) * width * depth / layers
     axial, moment = stress.sum(), (stress * z).sum()
     for area, level, before in (
-        (sections.top_area[0], sections.top_level[0], plastic[0]),
-        (sections.bottom_area[0], sections.bottom_level[0], plastic[1]),
+        (sections.wires.top_area[0], sections.wires.top_level[0], plastic[0]),
+        (sections.wires.bottom_area[0], sections.wires.bottom_level[0], plastic[1]),
     ):
         at = strain + curvature * level
         # kinematic hardening: between two lines of the hardened slope
-        modulus, harder, limit = sections.steel_modulus[0], sections.hardening_modulus[0], sections.steel_strength[0]
+        modulus, harder, limit = sections.wires.modulus[0], sections.wires.hardening[0], sections.wires.strength[0]
         slope = modulus * harder / (modulus + harder)
         bound = limit * modulus / (modulus + harder)
         wire = np.clip(modulus * (at - before), slope * at - bound, slope * at + bound)

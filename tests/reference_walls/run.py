@@ -3,8 +3,11 @@
 Run: python tests/reference_walls/run.py record FOLDER
      python tests/reference_walls/run.py compare FOLDER [--only NAME ...] [--tolerance 1e-12]
      python tests/reference_walls/run.py time CHECKOUT [--only NAME ...] [--rounds 3]
+     python tests/reference_walls/run.py digests [REVISION ...] [--only NAME ...]
 
 Results are compared bit by bit. Times are processor times of this version and of another checkout, taken in turn.
+``digests`` writes a digest of the fields of each wall for each revision as a row of ``digests.csv``: equal digests are
+equal bits, on the machine named in the row.
 
 Small walls, one for each mechanism, a study, one of its samples replayed, and its fragility curves. Results
 depend on the machine's BLAS, so they are recorded where they are compared and are not part of the repository.
@@ -13,6 +16,8 @@ depend on the machine's BLAS, so they are recorded where they are compared and a
 from __future__ import annotations
 
 import argparse
+import hashlib
+import importlib.metadata
 import json
 import os
 import subprocess
@@ -24,6 +29,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import tomli_w
 import xarray as xr
 
@@ -70,12 +76,12 @@ def studied() -> Iterator[tuple[str, xr.Dataset]]:
         yield "fragility", damagepred.fit_fragility(results, bootstrap=50)
 
 
-def results(only: list[str]) -> Iterator[tuple[str, xr.Dataset]]:
+def results(only: list[str], studies: bool = True) -> Iterator[tuple[str, xr.Dataset]]:
     """Yield names and datasets of all that is compared."""
     for name, scene in walls().items():
         if not only or name in only:
             yield name, solved(scene)
-    if not only or "study" in only:
+    if studies and (not only or "study" in only):
         yield from studied()
 
 
@@ -103,6 +109,70 @@ def differences(before: xr.Dataset, after: xr.Dataset, tolerance: float) -> list
         one, two = before.attrs.get(key), after.attrs.get(key)
         found += [f"{key}: {one!r}, now {two!r}"] if one != two else []
     return found
+
+
+FIELDS = [
+    "block_displacement_x",
+    "block_displacement_y",
+    "block_rotation",
+    "contact_opening",
+    "contact_slip",
+    "contact_normal_stress",
+    "contact_shear_stress",
+    "contact_state",
+    "contact_broken_at",
+    "base_reaction",
+    "crack_width_max",
+    "newton_iterations",
+]
+
+
+def digest(ds: xr.Dataset) -> str:
+    """Digest of the fields of a wall, of those that all versions have."""
+    content = hashlib.sha256()
+    for name in FIELDS:
+        if name in ds.variables:
+            content.update(np.ascontiguousarray(ds[name].values).tobytes())
+    return content.hexdigest()[:12]
+
+
+def digests(only: list[str]) -> dict[str, str]:
+    """Digests of the walls by this version, and its environment."""
+    from damagepred.archive.provenance import blas, machine
+
+    found = {name: digest(ds) for name, ds in results(only, studies=False)}
+    return {
+        "numba": importlib.metadata.version("numba"),
+        "numpy": importlib.metadata.version("numpy"),
+        "machine": f"{machine()}, {blas()}",
+    } | found
+
+
+def write_digests(revisions: list[str], only: list[str]) -> int:
+    """Add the digests of revisions, by default the present commit, to the table; return 1 if they differ."""
+    file, git = HERE / "digests.csv", ["git", "-C", str(HERE)]
+    table = pd.read_csv(file, dtype=str, keep_default_na=False) if file.exists() else pd.DataFrame({"commit": []})
+    rows = []
+    for revision in revisions or ["HEAD"]:
+        log = [*git, "log", "-1", "--format=%h;%cs;%s", revision]
+        commit, date, subject = (
+            subprocess.run(log, check=True, capture_output=True, text=True).stdout.strip().split(";", 2)
+        )
+        with tempfile.TemporaryDirectory() as name:
+            checkout = Path(name) / "checkout"
+            subprocess.run([*git, "worktree", "add", "--quiet", "--detach", str(checkout), commit], check=True)
+            try:
+                command = [sys.executable, __file__, "--only", *only, "--", "digests-here"]
+                run = subprocess.run(
+                    command, check=True, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(checkout)}
+                )
+            finally:
+                subprocess.run([*git, "worktree", "remove", "--force", str(checkout)], check=True)
+        rows.append({"commit": commit, "date": date, "subject": subject} | json.loads(run.stdout))
+        print(json.dumps(rows[-1]), flush=True)
+        both = pd.concat([table, pd.DataFrame(rows)]).drop_duplicates(["commit", "numba"], keep="last")
+        both.to_csv(file, index=False)
+    return int(any(row.get(name) != rows[0].get(name) for row in rows for name in walls()))
 
 
 def record(folder: Path, only: list[str]) -> int:
@@ -169,8 +239,12 @@ def compare_times(checkout: Path, only: list[str], rounds: int) -> int:
 def main(arguments: list[str] | None = None) -> int:
     """Record, compare, or take times."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("record", "compare", "time", "times"), help="times: of this version, as JSON")
-    parser.add_argument("folder", type=Path, nargs="?", help="of recorded results, or a checkout of another version")
+    parser.add_argument(
+        "what",
+        choices=("record", "compare", "time", "times", "digests", "digests-here"),
+        help="times, digests-here: of this version, as JSON",
+    )
+    parser.add_argument("folder", nargs="*", help="of recorded results, or a checkout of another version; revisions")
     parser.add_argument("--only", nargs="*", default=[], help="names of walls, or study")
     parser.add_argument("--tolerance", type=float, default=0.0, help="relative difference allowed (0: bit by bit)")
     parser.add_argument("--rounds", type=int, default=3, help="how often the versions take turns")
@@ -178,14 +252,20 @@ def main(arguments: list[str] | None = None) -> int:
     if given.what == "times":
         print(json.dumps(times(given.only)))
         return 0
-    if given.folder is None:
+    if given.what == "digests-here":
+        print(json.dumps(digests(given.only)))
+        return 0
+    if given.what == "digests":
+        return write_digests(given.folder, given.only)
+    if len(given.folder) != 1:
         parser.error(f"{given.what} needs a folder")
+    folder = Path(given.folder[0])
     match given.what:
         case "record":
-            return record(given.folder, given.only)
+            return record(folder, given.only)
         case "compare":
-            return compare(given.folder, given.only, given.tolerance)
-    return compare_times(given.folder, given.only, given.rounds)
+            return compare(folder, given.only, given.tolerance)
+    return compare_times(folder, given.only, given.rounds)
 
 
 if __name__ == "__main__":

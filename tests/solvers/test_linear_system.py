@@ -202,7 +202,7 @@ def assert_balanced(
 ) -> None:
     """Condensed fronts are in balance, without regularisation."""
     force = assembled(equations.model, stiffness) @ displacement - load
-    condensed = np.setdiff1d(DiscreteSystem.of(equations.model).free_dofs, equations.active_dofs)
+    condensed = np.setdiff1d(DiscreteSystem.of(equations.model).free_dofs, equations.active.dofs)
     largest = np.abs(assembled(equations.model, stiffness)).sum(axis=1).max() * np.abs(displacement).max()
     assert np.abs(force[condensed]).max(initial=0.0) < 1e-13 * largest
 
@@ -360,7 +360,7 @@ def test_condensed_fronts_are_equivalent_to_active_ones(name: str, order: str) -
     for _ in range(8):
         superelement = equations.condense(few_fronts(equations, rng), load)
         assert superelement is not None
-        inside = equations.active
+        inside = equations.active.interfaces
         for turn in range(4):
             which = rng.choice(inside, size=min(3, len(inside)), replace=False) if turn else inside[:0]
             stiffness = changed(model, equations.elastic, which, rng)
@@ -368,14 +368,14 @@ def test_condensed_fronts_are_equivalent_to_active_ones(name: str, order: str) -
             equations.update(stiffness)
             # under a share of the dead load; that of the condensed fronts acts on the boundary
             share, force = 0.7, np.zeros(len(load))
-            force[equations.active_dofs] = share * load[equations.active_dofs]
+            force[equations.active.dofs] = share * load[equations.active.dofs]
             force[superelement.boundary_dofs] += superelement.load(share, 0.0)
             found = equations.solve(force)
-            out = np.setdiff1d(np.arange(len(load)), equations.active_dofs)
+            out = np.setdiff1d(np.arange(len(load)), equations.active.dofs)
             assert (found[out] == 0.0).all()
             if reference.condition() > WELL:
                 continue
-            active = equations.active_dofs
+            active = equations.active.dofs
             assert_same(found[active], reference.solve(force)[active])
             recover(superelement.structure, found, share, 0.0)
             assert_balanced(equations, stiffness, found, share * load)
@@ -391,7 +391,7 @@ def test_the_force_at_the_boundary_is_that_of_the_condensed_fronts(name: str) ->
         superelement = equations.condense(few_fronts(equations, rng), load)
         assert superelement is not None
         moved = np.zeros(len(load))
-        moved[equations.active_dofs] = rng.normal(size=len(equations.active_dofs)) * 1e-5
+        moved[equations.active.dofs] = rng.normal(size=len(equations.active.dofs)) * 1e-5
         share = 0.4
         force = np.zeros(len(load))
         force[superelement.boundary_dofs] = superelement.load(share, 0.0)
@@ -399,10 +399,10 @@ def test_the_force_at_the_boundary_is_that_of_the_condensed_fronts(name: str) ->
         recover(superelement.structure, moved, share, 0.0)
         # the condensed fronts are in balance, and act on the boundary through inactive joints
         beyond = equations.elastic.copy()
-        beyond[equations.active] = 0.0
+        beyond[equations.active.interfaces] = 0.0
         pull = share * load - assembled(model, beyond) @ moved
         free = DiscreteSystem.of(model).free_dofs
-        out = np.setdiff1d(free, equations.active_dofs)
+        out = np.setdiff1d(free, equations.active.dofs)
         scale, boundary = float(np.abs(force).max()), superelement.boundary_dofs
         assert np.abs(pull[out]).max() < 1e-8 * scale
         assert_same(force[boundary], pull[boundary] - share * load[boundary])
@@ -418,21 +418,21 @@ def test_uncondensing_and_condensing_again() -> None:
     for turn in range(12):
         fronts = few_fronts(equations, rng) | (turn % 6 == 5)
         if turn % 3:
-            fronts |= equations.active_fronts
+            fronts |= equations.active.fronts
         held = equations.condense(fronts, load)
         assert (held is not None) is not bool(fronts.all())
         for _ in range(3):
-            some = rng.choice(equations.active, size=min(8, len(equations.active)), replace=False)
+            some = rng.choice(equations.active.interfaces, size=min(8, len(equations.active.interfaces)), replace=False)
             stiffness[some] = changed(model, equations.elastic, some, rng)[some]
             wanted = equations.elastic.copy()
-            wanted[equations.active] = stiffness[equations.active]
+            wanted[equations.active.interfaces] = stiffness[equations.active.interfaces]
             equations.update(wanted)
             reference = Reference(equations, wanted)
             force = np.zeros(len(load))
-            force[equations.active_dofs] = rng.normal(size=len(equations.active_dofs))
+            force[equations.active.dofs] = rng.normal(size=len(equations.active.dofs))
             found = equations.solve(force)
             if reference.condition() < WELL:
-                active = equations.active_dofs
+                active = equations.active.dofs
                 assert_same(found[active], reference.solve(force)[active])
                 if held is not None:
                     recover(held.structure, found, 0.0, 0.0)
@@ -445,7 +445,7 @@ def test_fronts_without_support_from_active_ones_are_not_condensed() -> None:
     root = np.zeros(equations.tree.count, dtype=np.bool_)
     root[0] = True
     assert not equations.condense(root, load_of(model))
-    assert equations.active_fronts.all()
+    assert equations.active.fronts.all()
 
 
 # -- order ------------------------------------------------------------------------------------------------------------

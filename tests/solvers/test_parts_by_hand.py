@@ -301,7 +301,8 @@ def test_slopes_of_footing_sections_are_those_of_their_forces() -> None:
     start = 1e-5 * rng.standard_normal(model.size)
     step = 1e-10 * rng.standard_normal(model.size)
     stiffness, force = np.zeros((len(model.interfaces.kind), 9)), np.zeros(model.size)
-    section_forces(model.sections, memory, model.interface_records, model.properties, start, force, stiffness)
+    records, values = model.interface_records, np.zeros((count, 6))
+    section_forces(model.sections, memory, records, model.properties, start, force, stiffness, values)
     before, after = (section_response_of(model, memory, u) for u in (start - step, start + step))
     slopes = stiffness[model.sections.interface].reshape(count, 3, 3)
     expected = (slopes @ (after - before)[:, :3, None])[..., 0]

@@ -75,7 +75,7 @@ def test_stiffness_of_levels_is_that_of_all_gridpoints_condensed() -> None:
     whole = DiscreteSystem.of(model).elastic_stiffness
     free = DiscreteSystem.of(model).free_dofs
     force = np.zeros(model.size)
-    kept = equilibrium.equations.active_dofs
+    kept = equilibrium.equations.active.dofs
     force[kept] = rng.normal(size=len(kept))
     moved = equilibrium.equations.solve(force)
     exact = np.zeros(model.size)

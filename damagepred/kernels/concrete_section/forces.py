@@ -15,8 +15,11 @@ def transverse_stiffness(interfaces, properties, i):
 
 
 @kernel
-def section_forces(sections, memory, interfaces, properties, displacement, force, stiffness):
-    """Add the internal forces of the sections to ``force``, and fill the tangent of their interfaces."""
+def section_forces(sections, memory, interfaces, properties, displacement, force, stiffness, values):
+    """Add the internal forces of the sections to ``force``, and fill the tangent of their interfaces.
+
+    ``values`` takes opening, shear (m), rotation, axial and shear force (N) and moment (N m) of each section, (s, 6).
+    """
     for s in range(sections.interface.size):
         i, h = sections.interface[s], sections.length[s]
         opening, shear, turn = interface_displacement(interfaces, displacement, i)
@@ -28,6 +31,8 @@ def section_forces(sections, memory, interfaces, properties, displacement, force
         row[3], row[4], row[5] = 0.0, ss, 0.0
         row[6], row[7], row[8] = mn / h, 0.0, mm / h
         scatter_interface_force(interfaces, i, axial, transverse, moment, force)
+        values[s, 0], values[s, 1], values[s, 2] = opening, shear, turn
+        values[s, 3], values[s, 4], values[s, 5] = axial, transverse, moment
 
 
 @kernel
@@ -36,18 +41,3 @@ def commit_sections(sections, memory, interfaces, displacement):
     for s in range(sections.interface.size):
         opening, _, turn = interface_displacement(interfaces, displacement, sections.interface[s])
         commit_section(sections, s, memory, opening / sections.length[s], turn / sections.length[s])
-
-
-@kernel
-def section_values(sections, memory, interfaces, properties, displacement, values):
-    """Fill opening, shear (m), rotation, axial and shear force (N) and moment (N m) of each section, (s, 6)."""
-    for s in range(sections.interface.size):
-        i, h = sections.interface[s], sections.length[s]
-        opening, shear, turn = interface_displacement(interfaces, displacement, i)
-        axial, moment, _, _, _, _ = section_response(sections, s, memory, opening / h, turn / h)
-        values[s, 0], values[s, 1], values[s, 2] = opening, shear, turn
-        values[s, 3], values[s, 4], values[s, 5] = (
-            axial,
-            transverse_stiffness(interfaces, properties, i) * shear,
-            moment,
-        )

@@ -150,7 +150,7 @@ def commit_section(sections, s, memory, strain, curvature):
 
 @law
 def _section(sections, s, memory):
-    depth = sections.depth[s]
+    depth, wires = sections.depth[s], sections.wires
     return Section(
         sections.axial_stiffness[s],
         sections.coupled_stiffness[s] / depth,
@@ -161,16 +161,16 @@ def _section(sections, s, memory):
         sections.concrete_modulus[s] * sections.width[s] * depth,
         sections.concrete_modulus[s],
         sections.crushing_strain[s],
-        sections.steel_modulus[s],
-        sections.hardening_modulus[s],
-        sections.steel_strength[s],
+        wires.modulus[s],
+        wires.hardening[s],
+        wires.strength[s],
         sections.tension_stiffening[s],
-        sections.top_area[s],
-        sections.top_level[s] / depth,
+        wires.top_area[s],
+        wires.top_level[s] / depth,
         memory.plastic[s, TOP],
         memory.cracked[s, TOP],
-        sections.bottom_area[s],
-        sections.bottom_level[s] / depth,
+        wires.bottom_area[s],
+        wires.bottom_level[s] / depth,
         memory.plastic[s, BOTTOM],
         memory.cracked[s, BOTTOM],
     )

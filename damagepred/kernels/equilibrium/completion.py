@@ -10,21 +10,11 @@ from damagepred.kernels.linear.condensation import recover
 
 
 class Completed(NamedTuple):
-    """Findings at an equilibrium.
+    """Findings at an equilibrium."""
 
-    Attributes
-    ----------
-    within : bool
-        Whether displacements are below the limit of the state.
-    sliding : int
-        Condensed interfaces that leave the elastic range.
-    bond_load, condensed_load : float
-        Largest load of a bond of active and of condensed interfaces, 1 at its strength.
-    """
-
-    within: bool
-    sliding: int
-    bond_load: float
+    within: bool  # whether displacements are below the limit of the state
+    sliding: int  # condensed interfaces that leave the elastic range
+    bond_load: float  # largest load of a bond of active and of condensed interfaces, 1 at its strength
     condensed_load: float
 
 
@@ -65,9 +55,11 @@ def complete(wall, state, displacement):
     law, joints, blocks = wall.components.law, wall.components.joints, wall.components.blocks
     if interfaces.condensed.size > 0:
         recover(wall.condensation, displacement, state.load, state.live)
+    if blocks.present and blocks.yielding.present:
+        trial, correct_active = blocks.blocks.spare_trial, blocks.yielding.correct_active
+        # the tangents stay as in the last residual
+        correct_active(blocks.blocks, state.plastic, state.load, state.live, trial, displacement, wall.force)
     if blocks.present:
-        trial = blocks.blocks.spare_trial  # the tangents stay as in the last residual
-        blocks.correct_active(blocks.blocks, state.plastic, state.load, state.live, trial, displacement, wall.force)
         blocks.recover(blocks.blocks, state.load, state.live, displacement)
     bond_load = law.bond_loads(joints, state.history, state.ground, interfaces.active, displacement, bonds.load)
     if interfaces.condensed.size > 0:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.kernels.concrete_section.forces import section_forces
+from damagepred.kernels.concrete_section.forces import commit_sections, section_forces
 from damagepred.kernels.equilibrium.wall import BOND_LOADS, CHECK_ELASTIC, FORCES, SECTION_FORCES, JointLaw
 from damagepred.kernels.interface import checks, commit, internal_force
 from damagepred.kernels.jit import kernel, law, phase, rule
@@ -49,13 +49,14 @@ def internal_forces(components, state, ground, live, listed, coulomb, condensed_
     if blocks.present:
         blocks.place_facets(blocks.blocks, displacement, force)
     if footing.present:
-        footing.add_forces(footing.sections, state.sections, joints, displacement, force, stiffness)
+        footing.add_forces(footing.sections, state.sections, joints, displacement, force, stiffness, footing.values)
     bounds, history = components.bounds, state.history
     law.add_forces(joints, history, ground, bounds, listed, coulomb, displacement, force, stiffness)
     if blocks.present:
         blocks.add_forces(blocks.blocks, condensed_too, displacement, force)
-        trial = blocks.blocks.trial
-        blocks.correct_active(blocks.blocks, state.plastic, state.load, live, trial, displacement, force)
+    if blocks.present and blocks.yielding.present:
+        trial, correct_active = blocks.blocks.trial, blocks.yielding.correct_active
+        correct_active(blocks.blocks, state.plastic, state.load, live, trial, displacement, force)
 
 
 @kernel
@@ -70,12 +71,29 @@ def fill_bond_loads(components, history, ground, listed, displacement, load):
     return components.law.bond_loads(components.joints, history, ground, listed, displacement, load)
 
 
-@phase(SECTION_FORCES)
-def add_section_forces(sections, memory, joints, displacement, force, stiffness):
-    """Add the forces of concrete sections to ``force``, and fill the tangents of their interfaces ``stiffness``."""
+@law
+def _interfaces_of(joints):
     sides = _Sides(joints.side_dof, joints.side_rows)
-    interfaces = _Interfaces(joints.edge, joints.contact_offset, joints.contact_area, sides)
-    section_forces(sections, memory, interfaces, joints.properties, displacement, force, stiffness)
+    return _Interfaces(joints.edge, joints.contact_offset, joints.contact_area, sides)
+
+
+@phase(SECTION_FORCES)
+def add_section_forces(sections, memory, joints, displacement, force, stiffness, values):
+    """Add the forces of concrete sections, and fill the tangents of their interfaces; see ``section_forces``."""
+    interfaces, properties = _interfaces_of(joints), joints.properties
+    section_forces(sections, memory, interfaces, properties, displacement, force, stiffness, values)
+
+
+@kernel
+def fill_section_values(footing, memory, joints, displacement, force, stiffness, values):
+    """Fill the values of all sections; force and tangents are room."""
+    footing.add_forces(footing.sections, memory, joints, displacement, force, stiffness, values)
+
+
+@kernel
+def commit_section_history(footing, memory, joints, displacement):
+    """Commit the history variables of all sections at an equilibrium."""
+    commit_sections(footing.sections, memory, _interfaces_of(joints), displacement)
 
 
 class JointSteps:

@@ -15,7 +15,7 @@ SAFEGUARD = 0.05
 def line_search(
     steps, wall, state, jack, jack_step, start, step, slope, ratio, slope_tolerance, maximum_step, coulomb, end, force
 ):
-    """Return the step length at which the residual does next to no work, and the unbalanced force ratio there."""
+    """Step length without work of the residual, by false position (Crisfield 1991, ch. 9); force ratio there."""
     options = wall.parameters[0].line_search
     low, high, slope_low, slope_high, length = 0.0, 1.0, slope, np.nan, 1.0
     for _ in range(options.max_iterations):

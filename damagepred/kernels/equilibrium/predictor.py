@@ -44,7 +44,7 @@ def interpolate_event(bonds, components, history, ground, listed, displacement, 
 
 @kernel
 def predict(steps, wall, state, ground, increment, prescribed_ahead, start, ahead, bonds_of_all, aim):
-    """Predict the displacements ``ahead`` at the end of a step with the tangent of the last equilibrium.
+    """Predict displacements ``ahead`` with the last tangent, and the next event (sequentially linear; Rots 2001).
 
     ``state`` is at the end of the step, ``ground`` at its start; ``increment`` is the load's increment. Supports move
     to ``prescribed_ahead``. Returns whether displacements are below the limit, and the share of the step to the next

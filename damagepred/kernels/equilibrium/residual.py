@@ -90,8 +90,8 @@ def solve_step(wall, state, stiffness, bordered, displacement, residual, step):
     """
     blocks = wall.components.blocks
     wall.solver.counts[ITERATIONS] += 1
-    if blocks.present:
-        blocks.update_tangents(blocks.blocks, wall.solver)
+    if blocks.present and blocks.yielding.present:
+        blocks.yielding.update_tangents(blocks.blocks, wall.solver)
     if bordered and controls_deflection(state):
         right, solution = wall.pairs[:2], wall.pairs[2:]
         copy(residual, right[0])

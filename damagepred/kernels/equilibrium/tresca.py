@@ -11,9 +11,10 @@ MAX_MINIMISATION_ITERATIONS = 100
 
 @kernel
 def minimise_tresca(steps, wall, state, jack, tolerance, u):
-    """Minimise the potential of the Tresca problem of a wall, from ``u`` on, the minimum; the load of the jacks (N).
+    """Minimum of the potential of a Tresca problem by Newton's method with line search (Wriggers 2006, ch. 10).
 
-    It ends at an unbalanced force ratio, if it has taken a step, and beyond the limit of the state.
+    ``u`` is the start and becomes the minimum; returns the load of the jacks (N). The iteration takes at least one step
+    and ends at an unbalanced force ratio, ``tolerance``, or beyond the limit of the state.
     """
     parameters, room, stiffness = wall.parameters[0], wall.room, wall.stiffness
     search, trial, step, force = parameters.line_search, room[1], room[2], room[3]

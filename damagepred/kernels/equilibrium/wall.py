@@ -3,6 +3,7 @@
 import numpy as np
 from numba import from_dtype, types
 
+from damagepred.kernels.concrete_section.structures import SectionMemory, Sections
 from damagepred.kernels.interface.kinematics import EDGE
 from damagepred.kernels.joint.parameters import JOINT_PARAMETERS
 from damagepred.kernels.linear.condensation import Condensation
@@ -10,7 +11,6 @@ from damagepred.kernels.linear.solver import SOLVE_TANGENT, Solver
 from damagepred.kernels.structures import (
     FLAG_ROWS,
     FLAGS,
-    FLOAT_BLOCKS,
     FLOAT_PAIRS,
     FLOAT_ROWS,
     FLOATS,
@@ -86,51 +86,11 @@ class TrescaBounds(Structure):
     kappa = FLOAT_ROWS
 
 
-class Sections(Structure):
-    """Sections of a concrete footing; see ``damagepred.assembly.section.Sections``, whose fields these are."""
-
-    interface = INTEGERS
-    length = FLOATS
-    law = INTEGERS
-    width = FLOATS
-    depth = FLOATS
-    concrete_modulus = FLOATS
-    tensile_strength = FLOATS
-    crushing_strain = FLOATS
-    steel_modulus = FLOATS
-    steel_strength = FLOATS
-    hardening_modulus = FLOATS
-    top_area = FLOATS
-    bottom_area = FLOATS
-    top_level = FLOATS
-    bottom_level = FLOATS
-    tension_stiffening = FLOATS
-    axial_stiffness = FLOATS
-    coupled_stiffness = FLOATS
-    bending_stiffness = FLOATS
-    flexibility = FLOAT_ROWS
-    pull = FLOAT_BLOCKS
-    wires_pull = FLOAT_BLOCKS
-    crush = FLOAT_BLOCKS
-    first_cracked = FLOAT_BLOCKS
-    cracked_second_moment = FLOAT_ROWS
-    cracking_moment = FLOATS
-    exponent = FLOATS
-    earlier_moment = FLOATS
-
-
-class SectionMemory(Structure):
-    """History variables of the sections (s, 2); see ``damagepred.assembly.section.SectionMemory``."""
-
-    cracked = FLOAT_ROWS
-    plastic = FLOAT_ROWS
-
-
 FORCES = types.void(
     Joints.kind, History.kind, Ground.kind, TrescaBounds.kind, INTEGERS, types.boolean, FLOATS, FLOATS, FLOAT_ROWS
 )
 BOND_LOADS = types.float64(Joints.kind, History.kind, Ground.kind, INTEGERS, FLOATS, FLOAT_ROWS)
-SECTION_FORCES = types.void(Sections.kind, SectionMemory.kind, Joints.kind, FLOATS, FLOATS, FLOAT_ROWS)
+SECTION_FORCES = types.void(Sections.kind, SectionMemory.kind, Joints.kind, FLOATS, FLOATS, FLOAT_ROWS, FLOAT_ROWS)
 CHECK_ELASTIC = types.float64(Joints.kind, History.kind, Ground.kind, INTEGERS, FLOATS, FLAGS, FLOAT_ROWS)
 
 
@@ -147,6 +107,8 @@ class SectionLaw(Structure):
 
     present = types.boolean
     sections = Sections.kind
+    values = FLOAT_ROWS
+    """Room for deformation and forces of the sections (s, 6)."""
     add_forces = types.FunctionType(SECTION_FORCES)
 
 

@@ -78,6 +78,7 @@ def run_cycles(
                 displacement,
                 force,
                 sections.stiffness,
+                sections.values,
             )
             if sections.commit_interval > 0 and (cycle + 1) % sections.commit_interval == 0:
                 commit_sections(sections.law, sections.memory, sections.interfaces, displacement)

@@ -48,5 +48,5 @@ def ground_type(points):
 def aligned_zeros(count, record):
     """Zeroed records aligned with the processor's cache lines: saves a tenth of the cycle's time."""
     memory = np.zeros(count * record.itemsize + CACHE_LINE, dtype=np.uint8)
-    start = -memory.ctypes.data % CACHE_LINE
+    start = -memory.__array_interface__["data"][0] % CACHE_LINE
     return memory[start : start + count * record.itemsize].view(record)

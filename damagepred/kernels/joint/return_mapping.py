@@ -38,7 +38,10 @@ class ReturnMapping(NamedTuple):
 
 @law
 def normal_law(parameters, cracked, kappa, e, damage_grows):
-    """Normal stress and integrity with their derivatives, at an opening less dilatant opening."""
+    """Normal stress, its slope, integrity and its slope: tension cut-off, mode I softening, linear compression.
+
+    ``e`` is the opening less dilatant opening (m).
+    """
     k_n, f_t, w_c = parameters.normal_stiffness, parameters.tensile_strength, parameters.critical_opening
     if not cracked:
         return k_n * e, k_n, 1.0, 0.0
@@ -58,7 +61,10 @@ def normal_law(parameters, cracked, kappa, e, damage_grows):
 
 @rule
 def return_mapping(parameters, cracked, kappa, e, shear, options):
-    """Stresses, consistent tangent (nn, ns, sn, ss), slip, dilatancy less crushing (m), shear limit of a contact."""
+    """Return mapping with elastic predictor and plastic corrector (Simo and Hughes 1998).
+
+    Stresses, consistent tangent (nn, ns, sn, ss), slip, dilatancy less crushing (m), shear limit of a contact.
+    """
     p = parameters
     k_n, k_s, psi, w_c = p.normal_stiffness, p.shear_stiffness, p.dilation, p.critical_opening
     sigma, sigma_e, integrity, damage_e = normal_law(p, cracked, kappa, e, True)

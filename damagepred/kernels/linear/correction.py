@@ -215,7 +215,7 @@ CORRECT = types.boolean(Correction.kind, Substitution.kind, INTEGERS, FLOAT_ROWS
 
 @phase(CORRECT)
 def correct(correction, substitution, changed, target, solutions):
-    """Correct solutions for changed interfaces that have responses; whether the correction is accurate."""
+    """Correct solutions for changed interfaces by the Woodbury identity (Hager 1989); whether that is accurate."""
     tree, dense = substitution.factors.tree, substitution.factors.dense
     count, same = _stiffness_changes(correction, substitution.factors.stiffness, changed, target)
     x, p, change = correction.relative, correction.force, correction.change

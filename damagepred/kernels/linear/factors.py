@@ -197,7 +197,7 @@ ELIMINATE = types.boolean(Factors.kind, INTEGERS, FLOAT_ROWS, FLOATS, types.bool
 
 @phase(ELIMINATE)
 def eliminate(factors, changed, target, complements, elastic):
-    """Set the stiffness of changed interfaces to its target, and eliminate the outdated fronts.
+    """Eliminate the outdated fronts (multifrontal method, Duff and Reid 1983), changed interfaces at their target.
 
     ``complements`` takes their Schur complements. Elastic fronts, which are condensed, are not regularised: that would
     hold them in space. Whether their ancestors hold them is returned.

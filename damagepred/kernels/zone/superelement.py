@@ -112,23 +112,13 @@ class DeformableBlocks(Structure):
 
 
 class InteriorOptions(NamedTuple):
-    """Options of Newton's method for the equilibrium inside a block.
+    """Options of Newton's method for the equilibrium inside a block."""
 
-    Attributes
-    ----------
-    max_iterations : int
-        Newton iterations.
-    max_line_search_steps : int
-        Reductions of a Newton step.
-    slope_ratio : float
-        Slope of the energy at the end of a step, over that at its start, that ends the line search (1).
-    residual_stiffness : float
-        Share of the elastic moduli added to the tangent of yielding zones, so that it is not singular (1).
-    """
-
-    max_iterations: int = 40
-    max_line_search_steps: int = 20
+    max_iterations: int = 40  # newton iterations
+    max_line_search_steps: int = 20  # reductions of a Newton step
+    # slope of the energy at the end of a step, over that at its start, that ends the line search (1)
     slope_ratio: float = 0.5
+    # share of the elastic moduli added to the tangent of yielding zones, so that it is not singular (1)
     residual_stiffness: float = 1e-5
 
 
@@ -347,6 +337,14 @@ UPDATE_TANGENTS = types.void(DeformableBlocks.kind, Solver.kind)
 RECOVER_BLOCKS = types.void(DeformableBlocks.kind, types.float64, types.float64, FLOATS)
 
 
+class YieldLaw(Structure):
+    """Functions that only walls compile of which a zone can yield; ``empty`` in other walls."""
+
+    present = types.boolean
+    correct_active = types.FunctionType(CORRECT_ACTIVE)
+    update_tangents = types.FunctionType(UPDATE_TANGENTS)
+
+
 class BlockLaw(Structure):
     """Deformable blocks, and the functions that only walls with them compile; ``empty`` in other walls."""
 
@@ -354,9 +352,8 @@ class BlockLaw(Structure):
     blocks = DeformableBlocks.kind
     place_facets = types.FunctionType(PLACE_FACETS)
     add_forces = types.FunctionType(BLOCK_FORCES)
-    correct_active = types.FunctionType(CORRECT_ACTIVE)
     largest_resultant = types.FunctionType(RESULTANT)
-    update_tangents = types.FunctionType(UPDATE_TANGENTS)
+    yielding = YieldLaw.kind
     recover = types.FunctionType(RECOVER_BLOCKS)
 
 
@@ -497,7 +494,7 @@ def recover_blocks(blocks, load, live, displacement):
 @kernel
 def update_from_python(law, solver):
     """Update the tangents of active blocks; see ``update_block_tangents``."""
-    law.update_tangents(law.blocks, solver)
+    law.yielding.update_tangents(law.blocks, solver)
 
 
 @kernel

@@ -73,6 +73,7 @@ def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray, options: Dynam
 
 
 def _touched(model: Model, scene: BodyArrays, inverse_mass: FloatArray, strains: BlockStrains | None = None) -> float:
+    """Bound of the highest frequency (rad/s) with contact on all faces; see ``highest_frequency``."""
     n, points, edges = model.n_blocks, scene.points, scene.edges
     centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
     size = 3 if strains is None else 5

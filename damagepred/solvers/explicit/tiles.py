@@ -45,6 +45,7 @@ class PackedSections(NamedTuple):
     interfaces: InterfaceRecords
     properties: JointProperties
     stiffness: FloatArray  # (m, 9) work space
+    values: FloatArray  # (s, 6) work space
     commit_interval: int  # cycles between two commits of the history variables; 0: no commits
 
 
@@ -60,6 +61,7 @@ def pack_sections(model: Model, commit_interval: int) -> PackedSections | None:
         interfaces=model.interface_records,
         properties=model.properties,
         stiffness=room,
+        values=np.zeros((len(model.sections.interface), 6)),
         commit_interval=commit_interval,
     )
 

@@ -19,11 +19,10 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.diagnostics import Counters
-from damagepred.kernels.concrete_section.forces import commit_sections
-from damagepred.kernels.interface.commit import break_in_shear
 from damagepred.runtime.time_limit import check_time
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
+from damagepred.solvers.quasi_static.bond_failures import BondFailures
 from damagepred.solvers.quasi_static.dynamic_relaxation import collapse_motion, relax_dynamically
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, Methods
@@ -35,7 +34,7 @@ from damagepred.solvers.quasi_static.step_control import (
 from damagepred.solvers.state.joint_history import JointHistory, without_bond
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import detached_blocks
-from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
+from damagepred.solvers.system.footing_forces import set_linear_stresses
 from damagepred.solvers.system.loading_stages import (
     unilateral_supports,
 )
@@ -67,38 +66,20 @@ class Continuation:
         self.largest_accepted_residual = 0.0
         self.balance = EnergyBalance(self.tolerance / self.equilibrium.per_weight)
         self.energy_control = EnergyControl(settings.step_energy_tolerance, self.options.energy)
-        law = model.properties
-        weak = (law.tensile_strength < model.block_stress) & ~law.brittle_shear
-        self._weak, self._any_weak = weak, bool(weak.any())
-        overload = control.weak_bond_overload
-        self._event_overload = np.where(weak[:, None], overload, control.event_tolerance)
+        history = JointHistory.fresh(model)
+        history.cracked[without_bond(model)] = True
+        self.bonds = BondFailures(model, control, history)
         # weak bonds break while a wall relaxes: if all are, it relaxes, once it has had to, where Newton's method fails
-        bonded, self._relaxes = ~without_bond(model), False
+        self._relaxes = False
         # an error as large as the work controls nothing
         controls = settings.step_energy_tolerance < 1.0 and not self._locates_collapse
         # of the movement; no event shortens it in a wall without bonds
-        self._first_step = control.first_step if controls and not bonded.any() else np.inf
+        self._first_step = control.first_step if controls and not self.bonds.bonded.any() else np.inf
         self._longest_step = self._first_step  # allowed by the energy balance at the end of the last increment
-        self._all_weak = bool(bonded.any() and weak[bonded].all())
-        self._can_reclose_at = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
-        plain = (law.residual_tensile_strength == 0) & (law.critical_opening == 0)
-        self._dilates_at = ((law.dilation > 0) & plain)[:, None]
-        self._fails_in_shear_at = (law.brittle_shear & (law.critical_opening > 0))[:, None]
-        self._can_reclose = bool(self._can_reclose_at.any())
-        self._dilates_or_fails_in_shear = bool((self._dilates_at | self._fails_in_shear_at).any())
-        self.state = self._begin(settings.condense)
+        if settings.condense:  # joints with a gap carry nothing until they close
+            self.equilibrium.uncondense_interfaces(history.cracked.any(axis=1) & (model.properties.gap == 0.0))
+        self.state = replace(State.rest(model), history=history)
         self.balance.begin(model, self.state)
-
-    def _begin(self, condense: bool) -> State:
-        """Return the unloaded state; bonds without strength count as failed."""
-        law = self.model.properties
-        history = JointHistory.fresh(self.model)
-        history.cracked[without_bond(self.model)] = True
-        self.never_opened = history.cracked.copy()
-        self.broken_at, self._bonded = np.full(history.cracked.shape, np.nan), ~history.cracked
-        if condense:  # joints with a gap carry nothing until they close
-            self.equilibrium.uncondense_interfaces(history.cracked.any(axis=1) & (law.gap == 0.0))
-        return replace(State.rest(self.model), history=history)
 
     def change_supports(self, model: Model) -> None:
         """Continue from the present equilibrium with other supports of the same wall."""
@@ -118,9 +99,9 @@ class Continuation:
     def release_supports(self, model: Model) -> float:
         """Release unilateral supports of the footing in tension; return the unbalanced force ratio after it."""
         free = unilateral_supports(model)
-        for mask in (self.state.history.cracked, self.never_opened):
+        for mask in (self.state.history.cracked, self.bonds.never_opened):
             mask[free] = True
-        self._bonded[free] = False
+        self.bonds.bonded[free] = False
         self.model = model
         self.equilibrium.change_model(model)
         self.balance.change_supports(model)
@@ -150,51 +131,33 @@ class Continuation:
         A softening bond that reaches its tensile strength only begins to soften. Slip breaks all of it if its shear is
         brittle. Tension comes first where tension and shear reach their limits together.
         """
-        load, options = self.equilibrium.bond_load, self.options.continuation
-        cracked, kappa = state.history.cracked.ravel(), state.history.kappa.ravel()
-        broken = load >= heaviest * (1.0 - options.simultaneous_failures)
-        if self._any_weak:
-            group = options.weak_bond_group * (heaviest - 1.0)
-            weak = np.flatnonzero((load > 1.0 + options.overload_tolerance) & (load >= 1.0 + group))
-            weak = weak[self._weak[weak // load.shape[1]] & ~cracked[weak]]
-            broken.ravel()[weak] = True
+        bonds, equilibrium, cracked = self.bonds, self.equilibrium, state.history.cracked.ravel()
+        broken = bonds.fail_together(equilibrium.bond_load, heaviest, cracked)
         failed = np.flatnonzero(broken)
-        if self.equilibrium.condensed:
-            self.equilibrium.uncondense_interfaces(failed // broken.shape[1])
+        if equilibrium.condensed:
+            equilibrium.uncondense_interfaces(failed // broken.shape[1])
         again = failed[cracked[failed]]
-        if self._dilates_or_fails_in_shear:
+        if bonds.depend_on_stress:
             _, sigma, _ = self.stresses(state)
-            state.history.kappa[broken & self._dilates_at & (sigma > 0.0)] = np.inf  # open: no more dilatancy
-            model = self.model
-            least = load * (1.0 - options.simultaneous_failures) * model.properties.tensile_strength[:, None]
-            in_tension = sigma >= least
-            sheared = broken & self._fails_in_shear_at & ~(in_tension & ~state.history.cracked)
-            self.balance.add_mode_1_dissipation(
-                break_in_shear(sheared, model.interface_records, model.joint_parameters, state.history)
-            )
-        kappa[again], cracked[failed] = np.inf, True
-        self._record_failures(state, failed)
+            work = bonds.wear(self.model, broken, equilibrium.bond_load, sigma, state.history)
+            self.balance.add_mode_1_dissipation(work)
+        state.history.kappa.ravel()[again], cracked[failed] = np.inf, True
+        bonds.record(state, failed)
         self.events += 1
         return again
-
-    def _record_failures(self, state: State, bonds: IntArray | None = None) -> None:
-        """Record the load factor at which bonds (flat indices; by default all) failed since the last call."""
-        listed = np.flatnonzero(state.history.cracked) if bonds is None else bonds
-        self.broken_at = self.broken_at.copy()  # who keeps an earlier point of the path keeps the array
-        broken_at = self.broken_at.ravel()
-        broken_at[listed[self._bonded.ravel()[listed] & np.isnan(broken_at[listed])]] = state.load_factor
 
     def commit(self, state: State, unstable: bool, snapped: bool = False) -> None:
         """Commit an equilibrium: update history variables and the energy balance."""
         model, superelements = self.model, self.equilibrium.superelements
-        joints, on_ground = self.equilibrium.commit_joint_history(state, self.never_opened)
+        joints, on_ground = self.equilibrium.commit_joint_history(state, self.bonds.never_opened)
         if snapped or not self.equilibrium.plain:
-            self._record_failures(state)  # slip, too, breaks bonds that it wears
+            self.bonds.record(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
-            commit_sections(model.sections, state.sections, model.interface_records, state.displacement)
+            self.equilibrium.commit_sections(state)
         yielding = 0.0 if superelements is None else superelements.commit(state)
         reaction = self._support_power(state)
-        self.balance.add(state, joints, on_ground, yielding, reaction, unstable, snapped, superelements)
+        sections = None if model.sections is None else self.equilibrium.section_response(state)
+        self.balance.add(state, joints, on_ground, yielding, reaction, unstable, snapped, superelements, sections)
 
     def _support_power(self, state: State) -> float:
         """Return the work of the moving supports per load factor (J)."""
@@ -277,13 +240,13 @@ class Continuation:
         options, step = self.options.continuation, state.distance(target)
         heaviest = self.equilibrium.largest_bond_load(trial.state)
         at_event = heaviest <= 1.0 + options.event_tolerance or step <= control.minimum_event_step
-        if self._any_weak and not at_event:
-            at_event = bool((self.equilibrium.bond_load <= 1.0 + self._event_overload).all())
+        if self.bonds.any_weak and not at_event:
+            at_event = self.bonds.at_event(self.equilibrium.bond_load)
         if at_event and not self._commit_within_energy_error(trial.state, step, trial.snapped, control):
             return state, np.inf, False
         if heaviest <= 1.0 + options.overload_tolerance:
             state, residual = trial.state, trial.residual
-            if self._can_reclose:
+            if self.bonds.can_reclose:
                 state, residual = self._redistribute_failures(state, residual)
             control.accept_step(target)
             if target == control.goal:
@@ -322,7 +285,7 @@ class Continuation:
         Return it, its unbalanced force ratio, and the state in which the last iteration at the target ended.
         """
         self._allowed_halvings = max(self._allowed_halvings - 1, LEAST_HALVINGS)
-        self._relaxes = self._all_weak
+        self._relaxes = self.bonds.all_weak
         start = state.at(unconverged.load, unconverged.load_factor)
         trial, ratio = self.snap_through(start, state.load_factor, COLLAPSE_RELAXATION if collapse_known else 1.0)
         # neither at rest nor collapsing
@@ -335,12 +298,12 @@ class Continuation:
 
     def _commit_within_energy_error(self, trial: State, step: float, snapped: bool, control: StepControl) -> bool:
         """Commit an equilibrium unless its energy error is too large; return whether it was committed."""
-        before = self.never_opened.copy(), copy(self.balance), self.broken_at
+        before = copy(self.bonds), copy(self.balance)
         self.commit(trial, unstable=snapped, snapped=snapped)
         length = np.inf if snapped else self.energy_control.next_length(before[1], self.balance, step)
         # live loads already use small steps
         if length < step and step > control.shortest_refined_step and not self._locates_collapse:
-            self.never_opened, self.balance, self.broken_at = before
+            self.bonds, self.balance = before
             control.refine_step(length)
             return False
         control.allow_step(length, step)
@@ -415,21 +378,14 @@ class Continuation:
 
     def _reclose(self, state: State, except_for: BoolArray) -> bool:
         """Re-close cracked joints whose trial stress is within their residual strength; return whether any does."""
-        if not self._can_reclose:
-            return False
-        law, (opening, _, _) = self.model.properties, self.stresses(state)
-        stress = law.normal_stiffness[:, None] * (opening - state.history.dilatant_opening)
-        recloses = self._can_reclose_at & (state.history.kappa > 0) & (stress <= law.residual_tensile_strength[:, None])
-        recloses &= ~except_for
-        state.history.kappa[recloses] = 0.0  # a brittle bond that touches, see ``normal_law``
-        return bool(recloses.any())
+        return self.bonds.can_reclose and self.bonds.reclose(state.history, self.stresses(state)[0], except_for)
 
     def stresses(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q)."""
         model = self.model
         opening, sigma, tau = self.equilibrium.contact_stresses(state)
         if model.sections is not None:
-            set_linear_stresses(model, section_response_of(model, state.sections, state.displacement), sigma, tau)
+            set_linear_stresses(model, self.equilibrium.section_response(state), sigma, tau)
         return opening, sigma, tau
 
     def control_load(self) -> None:
@@ -441,13 +397,12 @@ class Continuation:
 
     def checkpoint(self) -> Checkpoint:
         """Return a copy of the present point of the path."""
-        return Checkpoint(self.state.copy(), self.never_opened.copy(), self.broken_at, copy(self.balance), self.events)
+        return Checkpoint(self.state.copy(), copy(self.bonds), copy(self.balance), self.events)
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Return to a checkpoint."""
-        state, never_opened, broken_at, balance, self.events = checkpoint
-        self.state, self.never_opened, self.broken_at = state.copy(), never_opened.copy(), broken_at
-        self.balance = copy(balance)
+        state, bonds, balance, self.events = checkpoint
+        self.state, self.bonds, self.balance = state.copy(), copy(bonds), copy(balance)
         self.equilibrium.find(self.state)
 
 
@@ -468,7 +423,6 @@ class Checkpoint(NamedTuple):
     """A point of the path to which the continuation can return."""
 
     state: State
-    never_opened: BoolArray
-    broken_at: FloatArray
+    bonds: BondFailures
     balance: EnergyBalance
     events: int

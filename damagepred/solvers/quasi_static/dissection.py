@@ -11,28 +11,14 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Dissection:
-    """Order of the nodes of a wall.
+    """Order of the nodes of a wall."""
 
-    Attributes
-    ----------
-    place : array (2, n)
-        Coordinates of the blocks of the nodes, equal to the last digit where they are in line.
-    weight, block : array of int (n,)
-        Number of degrees of freedom of each node, and its block.
-    sides : array of int (m, 2, w / 2)
-        Nodes of the two sides of each interface, -1 where there are fewer.
-    blocks : array of int (2, m)
-        Blocks of the two sides.
-    smallest : int
-        Degrees of freedom up to which a part is one front.
-    """
-
-    place: FloatArray
-    weight: IntArray
+    place: FloatArray  # (2, n) Coordinates of the blocks of the nodes, equal to the last digit where they are in line
+    weight: IntArray  # (n,) Number of degrees of freedom of each node, and its block
     block: IntArray
-    sides: IntArray
-    blocks: IntArray
-    smallest: int
+    sides: IntArray  # (m, 2, w / 2) Nodes of the two sides of each interface, -1 where there are fewer
+    blocks: IntArray  # (2, m) Blocks of the two sides
+    smallest: int  # degrees of freedom up to which a part is one front
 
     def order(self, front: IntArray, first: int, nodes: IntArray) -> None:
         """Set the front of each listed node: separators before the parts that they leave."""

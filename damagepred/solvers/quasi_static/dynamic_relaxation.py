@@ -49,20 +49,11 @@ class VolumeCorrection:
 
     Under a given volume a footing that yields, or whose load falls as it bends, does not run away. A correction waits
     until the wall has answered to the last one.
-
-    Attributes
-    ----------
-    rate : float
-        Volume per deflection (1): of the tangent, then the secant of the last correction.
-    options : DynamicRelaxationOptions
-        Limits of the rate and of the wall's answer.
-    deflection_tolerance : float
-        Missing deflection that needs no correction (m).
     """
 
-    rate: float
-    options: DynamicRelaxationOptions = DEFAULTS.dynamic_relaxation
-    deflection_tolerance: float = DEFAULTS.jacks.deflection_tolerance
+    rate: float  # volume per deflection (1): of the tangent, then the secant of the last correction
+    options: DynamicRelaxationOptions = DEFAULTS.dynamic_relaxation  # limits of the rate and of the wall's answer
+    deflection_tolerance: float = DEFAULTS.jacks.deflection_tolerance  # missing deflection that needs no correction (m)
     _last: float = 0.0
     _corrected_at: float = 0.0
     _deflection: float = np.inf

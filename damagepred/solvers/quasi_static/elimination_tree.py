@@ -32,36 +32,33 @@ _recent: deque[tuple[tuple[Any, ...], LinearSystemOptions, tuple[Any, ...], Elim
 
 
 class ElasticFactors(NamedTuple):
-    """Factors of condensed fronts, elastic: joint strengths do not enter them.
+    """Factors of condensed fronts, elastic: joint strengths do not enter them."""
 
-    Attributes
-    ----------
-    of : tuple of array
-        What they are made of: stiffness of the interfaces and of strains, and which fronts are condensed.
-    arrays : dict
-        By their names in the table of the tangent equations; empty until a second wall has been made of the same.
-    elastic_complements : array
-        Options of ``MultifrontalSystem``.
-    held : bool
-        Whether the other fronts hold the condensed ones.
-    """
-
+    # what they are made of: stiffness of the interfaces and of strains, and which fronts are condensed
     of: tuple[FloatArray | BoolArray, ...]
+    # by their names in the table of the tangent equations; empty until a second wall has been made of the same
     arrays: dict[str, FloatArray]
-    elastic_complements: FloatArray
-    held: bool
+    elastic_complements: FloatArray  # options of ``MultifrontalSystem``
+    held: bool  # whether the other fronts hold the condensed ones
+
+
+class Elements(NamedTuple):
+    """Interfaces or deformable blocks, each assembled in one front; its degrees of freedom there are -1 where fixed."""
+
+    front: IntArray  # (e,), -1: all degrees of freedom are fixed
+    index_in_front: IntArray  # of their degrees of freedom in that front
+    listed: IntArray  # front by front
+    first: IntArray  # (F + 1,) first one of each front in that list
 
 
 class EliminationTree:
-    """Fronts, numbered from the root: every front has a larger number than its parent.
+    """Fronts, ``count`` of them (F), numbered from the root: every front has a larger number than its parent.
 
     A node is the smallest unit of the order: a rigid or elastic block, or a gridpoint on the boundary of a deformable
     one. Interfaces and deformable blocks are the elements; each is assembled in the last of its fronts.
 
     Attributes
     ----------
-    count : int
-        Number of fronts, F.
     parent : array of int (F,)
         Front in which each front is assembled; -1 if in none.
     dofs, start : array of int
@@ -74,14 +71,8 @@ class EliminationTree:
         Index of each of these in the parent's front; there, the boundary follows the front's own degrees of freedom.
     kinematics : InterfaceKinematics
         Numbers of the interfaces.
-    interface_front : array of int (m,)
-        Front in which each interface is assembled; -1 if all its degrees of freedom are fixed.
-    interface_index : array of int (m, w)
-        Index of its degrees of freedom in that front, -1 where prescribed.
-    front_interfaces, first_interface : array of int
-        Interfaces assembled in each front, and first interface of each.
-    superelement_front, superelement_index, front_superelements, first_superelement : array of int
-        The same of deformable blocks; indices of their boundaries one after the other.
+    interfaces, superelements : Elements
+        Interfaces, with indices (m, w); deformable blocks, with the indices of their boundaries one after the other.
     elastic_factors : ElasticFactors or None
         Those of the last of these walls that needed its own.
     """
@@ -108,18 +99,11 @@ class EliminationTree:
         blocks = np.full((len(boundaries), width), -1, dtype=np.int64)
         for row, listed in zip(blocks, boundaries):
             row[: len(listed)] = place[listed]
+        self._set_boundaries(front, node, elements, blocks)
         front = np.append(front, -1)  # of place -1
-        self.interface_front, self.superelement_front = (
-            front[e].max(axis=1, initial=-1) if e.size else np.full(len(e), -1) for e in (elements, blocks)
-        )
-        self._set_boundaries(front[:-1], node, elements, blocks)
-        self.interface_index = self._index_in(self.interface_front, elements)
-        index = self._index_in(self.superelement_front, blocks)
-        self.superelement_index = np.concatenate(
-            [np.empty(0, dtype=np.int64), *(row[: len(listed)] for row, listed in zip(index, boundaries))]
-        )
-        self.front_interfaces, self.first_interface = self._grouped(self.interface_front)
-        self.front_superelements, self.first_superelement = self._grouped(self.superelement_front)
+        self.interfaces, of_blocks = self._elements(front, elements), self._elements(front, blocks)
+        rows = [row[: len(listed)] for row, listed in zip(of_blocks.index_in_front, boundaries)]
+        self.superelements = of_blocks._replace(index_in_front=np.concatenate([np.empty(0, dtype=np.int64), *rows]))
 
     @classmethod
     def of(
@@ -153,11 +137,11 @@ class EliminationTree:
 
     def fronts_of(self, interfaces: BoolArray | IntArray) -> BoolArray:
         """Return the fronts of some interfaces (F,)."""
-        return self._marked(self.interface_front[interfaces])
+        return self._marked(self.interfaces.front[interfaces])
 
     def fronts_of_superelements(self, superelements: BoolArray | IntArray) -> BoolArray:
         """Return the fronts of some deformable blocks (F,)."""
-        return self._marked(self.superelement_front[superelements])
+        return self._marked(self.superelements.front[superelements])
 
     def _marked(self, fronts: IntArray) -> BoolArray:
         """Mask (F,) of the listed fronts; -1 is no front."""
@@ -167,7 +151,7 @@ class EliminationTree:
 
     def in_fronts(self, fronts: BoolArray) -> BoolArray:
         """Mask (m,) of the interfaces assembled in some fronts."""
-        return np.append(fronts, False)[self.interface_front]
+        return np.append(fronts, False)[self.interfaces.front]
 
     # -- order ----------------------------------------------------------------------------------------------------
 
@@ -261,11 +245,12 @@ class EliminationTree:
         size = np.append(self.size, 0)[fronts]
         return np.ascontiguousarray(np.where(places < 0, -1, np.where(own >= 0, own, size + beyond)))
 
-    def _grouped(self, front: IntArray) -> tuple[IntArray, IntArray]:
-        """Return elements front by front, and the first element of each; elements without a front are left out."""
-        order = np.argsort(front, kind="stable")
-        edges = np.searchsorted(front[order], np.arange(self.count + 1))
-        return order[edges[0] :], edges - edges[0]
+    def _elements(self, front: IntArray, places: IntArray) -> Elements:
+        """Elements in their fronts, from the places (e, w) of their degrees of freedom and the front of each place."""
+        own = front[places].max(axis=1, initial=-1) if places.size else np.full(len(places), -1)
+        order = np.argsort(own, kind="stable")
+        edges = np.searchsorted(own[order], np.arange(self.count + 1))
+        return Elements(own, self._index_in(own, places), order[edges[0] :], edges - edges[0])
 
 
 def _last_course(model: Model, options: LinearSystemOptions, level: IntArray) -> int:

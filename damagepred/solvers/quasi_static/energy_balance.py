@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,54 +16,44 @@ from damagepred.solvers.quasi_static.residual import JointEnergy
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from damagepred.solvers.system.footing_forces import section_energy, section_response_of
+from damagepred.solvers.system.footing_forces import section_energy
+
+
+class _Point(NamedTuple):
+    """The last equilibrium: loads, displacements, ground, and the forces that did work up to it."""
+
+    load: float
+    load_factor: float
+    displacement: FloatArray
+    jack: float
+    ground: Ground
+    on_ground: Ground
+    reaction: float
+
+    @classmethod
+    def of(cls, state: State, ground: Ground, on_ground: Ground, reaction: float) -> _Point:
+        return cls(state.load, state.load_factor, state.displacement.copy(), state.jack, ground, on_ground, reaction)
 
 
 @dataclass
 class EnergyBalance:
-    """Energy balance of dead load and movement, all in J, summed along the path.
+    """Energy balance of dead load and movement, all in J, summed along the path."""
 
-    Attributes
-    ----------
-    residual : array (size,)
-        Largest residual force of each degree of freedom (N, N m).
-    external_work : float
-        Work of dead load, live load and movement on the wall.
-    elastic_energy : float
-        Stored in joints and zones.
-    friction_work, fracture_work : float
-        Dissipated by sliding, and by softening bonds and cracking sections of the footing.
-    crushing_work : float
-        Dissipated by crushed joints.
-    plastic_work : float
-        Dissipated by zones that yield.
-    released_energy : float
-        Released where bonds broke or the wall snapped through at constant movement; a real wall turns it into motion.
-    snap_through_energy : float
-        Part of the released energy: of snap-throughs.
-    energy_error : float
-        Sum of the absolute errors of all other steps: it shrinks with their length.
-    section_error : float
-        Part of the error: work that cracking sections of the footing return under load, however short the step.
-    largest_work : float
-        Largest absolute external work up to now.
-    residual_work : float
-        Bound of the work of the residual in the last step.
-    """
-
-    residual: FloatArray
-    external_work: float = 0.0
-    elastic_energy: float = 0.0
-    friction_work: float = 0.0
+    residual: FloatArray  # (size,) Largest residual force of each degree of freedom (N, N m)
+    external_work: float = 0.0  # work of dead load, live load and movement on the wall
+    elastic_energy: float = 0.0  # stored in joints and zones
+    friction_work: float = 0.0  # dissipated by sliding, and by softening bonds and cracking sections of the footing
     fracture_work: float = 0.0
-    crushing_work: float = 0.0
-    plastic_work: float = 0.0
+    crushing_work: float = 0.0  # dissipated by crushed joints
+    plastic_work: float = 0.0  # dissipated by zones that yield
+    # released where bonds broke or the wall snapped through at constant movement; a real wall turns it into motion
     released_energy: float = 0.0
-    snap_through_energy: float = 0.0
-    energy_error: float = 0.0
+    snap_through_energy: float = 0.0  # part of the released energy: of snap-throughs
+    energy_error: float = 0.0  # sum of the absolute errors of all other steps: it shrinks with their length
+    # part of the error: work that cracking sections of the footing return under load, however short the step
     section_error: float = 0.0
-    largest_work: float = 0.0
-    residual_work: float = 0.0
+    largest_work: float = 0.0  # largest absolute external work up to now
+    residual_work: float = 0.0  # bound of the work of the residual in the last step
 
     def __copy__(self) -> EnergyBalance:
         """Return a copy that shares its arrays, which are never changed."""
@@ -78,13 +69,11 @@ class EnergyBalance:
     def begin(self, model: Model, state: State) -> None:
         """Start the balance at a state."""
         self.change_supports(model)
-        self._keep(state)
-        self._reaction = self._mode_1_dissipation = 0.0
+        self._mode_1_dissipation, ground = 0.0, model.ground.at(state.load_factor)
+        self._last = _Point.of(state, ground, Ground(*map(np.zeros_like, ground)), 0.0)
         self._section_work = self._largest_section_work = np.zeros(
             0 if model.sections is None else len(model.sections.interface)
         )
-        self._ground = model.ground.at(state.load_factor)
-        self._on_ground = Ground(np.zeros_like(self._ground.normal), np.zeros_like(self._ground.shear))
         self._sections: FloatArray | None = None
 
     def change_supports(self, model: Model) -> None:
@@ -103,10 +92,6 @@ class EnergyBalance:
         self._largest_section_work = np.maximum(self._largest_section_work, self._section_work)
         self.section_error += abs(float((self._largest_section_work - self._section_work).sum()) - returned)
 
-    def _keep(self, state: State) -> None:
-        self._load, self._load_factor, self._displacement = state.load, state.load_factor, state.displacement.copy()
-        self._jack = state.jack
-
     def add(
         self,
         state: State,
@@ -117,42 +102,42 @@ class EnergyBalance:
         unstable: bool,
         snapped: bool,
         superelements: Superelements | None,
+        sections: FloatArray | None,
     ) -> None:
         """Add the step to a new equilibrium."""
-        model, ground = self._model, self._model.ground.at(state.load_factor)
+        model, last, ground = self._model, self._last, self._model.ground.at(state.load_factor)
         stored, softened = float(joints.stored), float(joints.softened)
         friction, crushing = float(joints.friction), float(joints.crushing)
         if superelements is not None:
             stored += superelements.elastic_energy(state)
-        if model.sections is not None:
-            response = section_response_of(model, state.sections, state.displacement)
-            section_stored, section_work = section_energy(model, response, self._sections)
+        if sections is not None:
+            section_stored, section_work = section_energy(model, sections, self._sections)
             stored += section_stored
             self.add_section_work(section_work)
-            self._sections = response
+            self._sections = sections
             softened += float(self._largest_section_work.sum())
         self._mode_1_dissipation += float(joints.mode_1_dissipation)
         softened += self._mode_1_dissipation
         dead, live, by_ground, residual_work = external_work(
             self._loads,
             self.residual,
-            self._displacement,
+            last.displacement,
             state.displacement,
-            self._ground,
+            last.ground,
             ground,
-            self._on_ground,
+            last.on_ground,
             on_ground,
         )
         # a wall that snaps through does so under the load that it has reached
-        before = (state.load, state.load_factor) if unstable else (self._load, self._load_factor)
+        before = (state.load, state.load_factor) if unstable else (last.load, last.load_factor)
         work = 0.5 * ((state.load + before[0]) * dead + (state.load_factor + before[1]) * live)
-        now, then = (model.ground.load_factor_at(coordinate) for coordinate in (state.load_factor, self._load_factor))
-        work += 0.5 * (reaction + self._reaction) * (now - then)
-        if state.load_factor != self._load_factor:
+        now, then = (model.ground.load_factor_at(coordinate) for coordinate in (state.load_factor, last.load_factor))
+        work += 0.5 * (reaction + last.reaction) * (now - then)
+        if state.load_factor != last.load_factor:
             work += by_ground
         if model.jacks is not None:
-            lifted = float(model.jacks.push @ (state.displacement - self._displacement))
-            work += 0.5 * (state.jack + self._jack) * lifted
+            lifted = float(model.jacks.push @ (state.displacement - last.displacement))
+            work += 0.5 * (state.jack + last.jack) * lifted
         missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work)
         missing -= friction + crushing + plastic_work
         self.external_work += work
@@ -167,5 +152,4 @@ class EnergyBalance:
             self.snap_through_energy += missing if snapped else 0.0
         else:  # a snap-through can only lose energy
             self.energy_error += abs(missing)
-        self._keep(state)
-        self._reaction, self._ground, self._on_ground = reaction, ground, on_ground
+        self._last = _Point.of(state, ground, on_ground, reaction)

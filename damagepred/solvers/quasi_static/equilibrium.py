@@ -1,8 +1,14 @@
-"""Equilibrium at a given load and movement: Newton's method, then the fixed point of friction."""
+"""Equilibrium at a given load and movement: methods that are tried in order, and the reasons to skip one.
+
+Newton's method with line search, Newton's method with backtracking (first under jacks whose deflection is given), and
+the Tresca fixed point. Where none finds an equilibrium, the continuation follows the motion by dynamic relaxation.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +30,50 @@ class Methods(IntEnum):
     NEWTON = 1
     BOTH_FORMS = 2
     ALL = 3
+
+
+class Found(NamedTuple):
+    """Iterate of a method: displacements, load of the jacks (N), unbalanced force ratio."""
+
+    displacement: FloatArray
+    jack: float
+    ratio: float
+
+
+def newton_with_line_search(wall: Residual, state: State, start: Found, best: Found, limit: int) -> Found:
+    """Best iterate of Newton's method with line search (Crisfield 1991, ch. 9)."""
+    return _newton(wall, state, start, searching=True)
+
+
+def newton_with_backtracking(wall: Residual, state: State, start: Found, best: Found, limit: int) -> Found:
+    """Best iterate of Newton's method with backtracking, undamped at first."""
+    return _newton(wall, state, start, searching=False)
+
+
+def _newton(wall: Residual, state: State, start: Found, searching: bool) -> Found:
+    state.jack = start.jack
+    displacement, ratio = wall.newton(state, start.displacement, searching)
+    return Found(displacement, state.jack, ratio)
+
+
+def tresca_fixed_point(wall: Residual, state: State, start: Found, best: Found, limit: int) -> Found:
+    """Last iterate of the Tresca fixed point (Haslinger 1983), from the best iterate before and from the start.
+
+    ``limit``: Newton iterations of each.
+    """
+    begun, ratio = wall.with_supports_moved(state), best.ratio
+    if ratio < WARM_START_RESIDUAL:
+        state.displacement[:], state.jack = best.displacement, best.jack
+        ratio = coulomb_fixed_point(wall, state, True, limit)
+    if ratio >= wall.tolerance:
+        state.displacement[:], state.jack = begun, start.jack
+        ratio = coulomb_fixed_point(wall, state, False, limit)
+    return Found(state.displacement, state.jack, ratio)
+
+
+Method = Callable[[Residual, State, Found, Found, int], Found]
+METHODS: tuple[Method, ...] = newton_with_line_search, newton_with_backtracking, tresca_fixed_point
+METHODS_UNDER_JACKS: tuple[Method, ...] = newton_with_backtracking, newton_with_line_search, tresca_fixed_point
 
 
 class Equilibrium(Residual):
@@ -50,40 +100,38 @@ class Equilibrium(Residual):
         """Find the equilibrium with the present active fronts."""
         if self.jacks is not None:
             state.jack = self.jacks.load_at(state.load_factor, state.jack)
-        first, load = self._with_supports_moved(state) if start is None else start, state.jack
-        best, ratio, best_jack = first, np.inf, load
-        forms = (self.has_potential, not self.has_potential)  # with line search, or with backtracking
-        for searching in forms[:1] if methods is Methods.NEWTON else forms:
-            state.jack = load
-            found, reached = self.newton(state, first, searching)
-            if reached < self.tolerance:
-                state.displacement[:] = found
-                return reached
-            if reached < ratio:
-                best, ratio, best_jack = found, reached, state.jack
-        if methods < Methods.ALL:
-            return ratio
-        if self._searches_to_skip > 0:
+        first = self.with_supports_moved(state) if start is None else start
+        begin = best = Found(first, state.jack, np.inf)
+        order = METHODS if self.has_potential else METHODS_UNDER_JACKS
+        for method in order:
+            if self._reason_to_skip(method, order[0], methods):
+                continue
+            found = method(self, state, begin, best, self.options.coulomb.max_newton_iterations >> self._failures)
+            if method is tresca_fixed_point:
+                self._count_failure(found.ratio >= self.tolerance)
+                return found.ratio
+            if found.ratio < self.tolerance:
+                state.displacement[:] = found.displacement
+                return found.ratio
+            if found.ratio < best.ratio:
+                best = found
+        return best.ratio
+
+    def _reason_to_skip(self, method: Method, first: Method, sought: Methods) -> str:
+        """Reason to skip a method, "" to try it."""
+        if sought is Methods.NEWTON and method is not first:
+            return "a shorter step comes first"
+        if sought is Methods.BOTH_FORMS and method is tresca_fixed_point:
+            return "a smaller load or dynamic relaxation comes first"
+        if method is tresca_fixed_point and self._searches_to_skip > 0:
             self._searches_to_skip -= 1
-            return ratio
-        options, begun = self.options.coulomb, self._with_supports_moved(state)
-        max_newton_iterations = options.max_newton_iterations >> self._failures
-        if ratio < WARM_START_RESIDUAL:
-            state.displacement[:], state.jack = best, best_jack
-            ratio = coulomb_fixed_point(self, state, True, max_newton_iterations)
-        if ratio >= self.tolerance:
-            state.displacement[:], state.jack = begun, load
-            ratio = coulomb_fixed_point(self, state, False, max_newton_iterations)
-        failed = ratio >= self.tolerance
+            return "it has failed in equilibria before"
+        return ""
+
+    def _count_failure(self, failed: bool) -> None:
+        """Count failures of the Tresca fixed point; the second, third, ... in a row skips the next 1, 3, 7 searches."""
         self._failures = min(self._failures + 1, MAX_FAILURES) if failed else max(self._failures - 1, 0)
         self._searches_to_skip = 2 ** (self._failures - 1) - 1 if failed else 0
-        return ratio
-
-    def _with_supports_moved(self, state: State) -> FloatArray:
-        """Return the displacements of a state, supports at their place at its load factor."""
-        displacement = state.displacement.copy()
-        displacement[self.model.supports.prescribed] = self.model.support_displacement(state.load_factor)
-        return displacement
 
     def find_nearby(self, state: State) -> tuple[float, FloatArray]:
         """Find an equilibrium by Newton iteration from a state; return its unbalanced force ratio and displacements."""

@@ -18,29 +18,14 @@ from damagepred.assembly import Model
 
 @dataclass
 class JackControl:
-    """Control of the jacks by deflection or by load.
+    """Control of the jacks by deflection or by load."""
 
-    Attributes
-    ----------
-    push : array (size,)
-        Force of unit loads.
-    weights : array (size,)
-        Of the degrees of freedom in the deflection.
-    goal : float
-        Deflection at full movement (m, upwards).
-    origin : float
-        Deflection from which it counts (m).
-    load_factor_at : callable
-        Path coordinate -> load factor of the movement.
-    level_load, load : float or None
-        Load of each jack (N) in the level state, None until the load is controlled, and at full movement.
-    """
-
-    push: FloatArray
-    weights: FloatArray
-    goal: float
-    origin: float = 0.0
-    load_factor_at: Callable[[float], float] = float
+    push: FloatArray  # (size,) Force of unit loads
+    weights: FloatArray  # (size,) Of the degrees of freedom in the deflection
+    goal: float  # deflection at full movement (m, upwards)
+    origin: float = 0.0  # deflection from which it counts (m)
+    load_factor_at: Callable[[float], float] = float  # path coordinate -> load factor of the movement
+    # load of each jack (N) in the level state, None until the load is controlled, and at full movement
     level_load: float | None = None
     load: float = 0.0
 

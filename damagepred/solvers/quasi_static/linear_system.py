@@ -7,6 +7,8 @@ statically condensed to a superelement on their boundary once.
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
@@ -46,28 +48,30 @@ MAX_LOOP_ROWS = 8
 DEFAULTS = LinearSystemOptions()
 
 
-class MultifrontalSystem:
-    """Tangent stiffness of a wall, factorised or corrected.
+class ActivePart(NamedTuple):
+    """Fronts that are not condensed (F,), interfaces in them and in condensed fronts, and free degrees of freedom."""
 
-    Attributes
-    ----------
-    solver : Solver
-        Factors of the active fronts and their corrections, as structures for kernels.
-    factors : Factors
-        Numbers of all fronts.
-    tree : EliminationTree
-        Order of elimination.
-    condensation : StaticCondensation or None
-        Superelements of the condensed subtrees, or None where all fronts are active.
-    elastic_complements : array
-        Schur complements of condensed fronts without regularisation, as ``complements`` of the factors; empty until
-        then.
-    active_fronts : array of bool (F,)
-        Fronts that are not condensed.
-    active, condensed_interfaces : array of int
-        Interfaces of active and of condensed fronts.
-    active_dofs : array of int
-        Free degrees of freedom of active fronts, in the order of the fronts.
+    fronts: BoolArray
+    interfaces: IntArray
+    condensed_interfaces: IntArray
+    dofs: IntArray  # in the order of the fronts
+
+
+class _Room(NamedTuple):
+    """Arrays that all active parts share: for all degrees of freedom, of which active ones take a part."""
+
+    rows: dict[str, tuple[int, FloatArray]]  # number of rows, and their memory
+    gathered: FloatArray
+    target: FloatArray
+    counts: IntArray
+    lists: tuple[IntArray, IntArray]
+    correction: dict[str, Any]
+
+
+class MultifrontalSystem:
+    """Tangent stiffness of a wall, factorised or corrected; ``solver`` and ``factors`` are its structures for kernels.
+
+    ``condensation`` has the superelements of the condensed subtrees, None where all fronts are active.
     """
 
     def __init__(
@@ -88,9 +92,11 @@ class MultifrontalSystem:
         self._superelements, self._stiffness = superelements, elastic
         self._solution = TangentSolution(solve=solve_tangent)
         self._make_factors(system)
-        self._make_room()
-        self.elastic_complements = np.empty(0)
-        self.active_fronts = np.zeros(self.tree.count, dtype=np.bool_)
+        self._room = self._make_room()
+        self.factorisation_cost = factorisation_costs(self.tree.size, self.tree.boundary_size)
+        self.elastic_complements = np.empty(0)  # of condensed fronts, without regularisation; empty until then
+        self.reached, none = np.zeros((2, self.tree.count), dtype=np.bool_)
+        self.active = ActivePart(none, *np.empty((3, 0), dtype=np.int64))
         self.activate(np.ones(self.tree.count, dtype=np.bool_))
 
     def _make_factors(self, system: DiscreteSystem) -> None:
@@ -122,10 +128,10 @@ class MultifrontalSystem:
             complement_start=complement_start,
             dof=dof,
             strain_displacement=displacement,
-            front_interfaces=tree.front_interfaces,
-            first_interface=tree.first_interface,
-            interface_front=tree.interface_front,
-            interface_index=tree.interface_index,
+            front_interfaces=tree.interfaces.listed,
+            first_interface=tree.interfaces.first,
+            interface_front=tree.interfaces.front,
+            interface_index=tree.interfaces.index_in_front,
             strain_stiffness=strain,
             regularisation=options.regularisation * np.where(diagonal > 0.0, diagonal, typical),
         )
@@ -151,22 +157,13 @@ class MultifrontalSystem:
             **self._arrays,
         )
 
-    def _make_room(self) -> None:
-        """Allocate what all active systems share: all degrees of freedom, of which active ones take a part.
-
-        Memory that is not touched costs nothing.
-        """
+    def _make_room(self) -> _Room:
+        """Memory of all active parts; memory that is not touched costs nothing."""
         tree, options, size, count = self.tree, self.options, self.model.size, len(self.elastic)
         slots, rows = options.max_changed_interfaces, max(MAX_LOOP_ROWS, 2)
         room_rows = {"response": 3 * slots, "right": 2, "particular": 2 * rows}
-        self._rooms = {name: (number, np.empty(number * size)) for name, number in room_rows.items()}
         edge = max(int(tree.boundary_size.max(initial=0)), 1)
-        self.reached = np.zeros(tree.count, dtype=np.bool_)
-        self._gathered = np.empty((max(rows, RESPONSE_BATCH), edge))
-        self._target, self._counts = self.elastic.copy(), np.zeros(3, dtype=np.int64)
-        self.factorisation_cost = factorisation_costs(tree.size, tree.boundary_size)
-        self._lists = np.empty(count, dtype=np.int64), np.empty(3 * count, dtype=np.int64)
-        self._correction = {
+        correction = {
             "interface_of_slot": np.empty(slots, dtype=np.int64),
             "compliance": np.empty((3 * slots, 3 * slots)),
             "change": np.empty((slots, 9)),
@@ -179,6 +176,14 @@ class MultifrontalSystem:
             "unit": np.empty(RESPONSE_BATCH * size),
             "unit_response": np.empty(RESPONSE_BATCH * size),
         }
+        return _Room(
+            rows={name: (number, np.empty(number * size)) for name, number in room_rows.items()},
+            gathered=np.empty((max(rows, RESPONSE_BATCH), edge)),
+            target=self.elastic.copy(),
+            counts=np.zeros(3, dtype=np.int64),
+            lists=(np.empty(count, dtype=np.int64), np.empty(3 * count, dtype=np.int64)),
+            correction=correction,
+        )
 
     def _elastic_diagonal(self, strain_stiffness: FloatArray) -> FloatArray:
         """Return the diagonal of the elastic stiffness in the order of the fronts."""
@@ -207,13 +212,13 @@ class MultifrontalSystem:
             )
         else:
             made = BlockTangents(
-                front_blocks=self.tree.front_superelements,
-                first_block=self.tree.first_superelement,
+                front_blocks=self.tree.superelements.listed,
+                first_block=self.tree.superelements.first,
                 first_dof=np.concatenate(([0], np.cumsum([len(boundary) for boundary in blocks.boundary]))),
-                index=self.tree.superelement_index,
+                index=self.tree.superelements.index_in_front,
                 first_entry=blocks.first_entry,
                 tangents=blocks.tangents,
-                front=self.tree.superelement_front,
+                front=self.tree.superelements.front,
             )
         return made
 
@@ -221,17 +226,15 @@ class MultifrontalSystem:
         """Set the active fronts; see ``condense`` for all others."""
         tree, options, count = self.tree, self.options, len(self.elastic)
         self.condensation: StaticCondensation | None = None
-        self._stale[:] = fronts & (self._stale | ~self.active_fronts)  # regularised only while active
-        self.active_fronts = fronts
-        active = self._is_active = np.append(fronts, True)[tree.interface_front]
-        self.active, self.condensed_interfaces = np.flatnonzero(active), np.flatnonzero(~active)
-        self.active_dofs = tree.dofs[np.repeat(fronts, tree.size)]
-        size = len(self.active_dofs)
+        self._stale[:] = fronts & (self._stale | ~self.active.fronts)  # regularised only while active
+        active, dofs = np.append(fronts, True)[tree.interfaces.front], tree.dofs[np.repeat(fronts, tree.size)]
+        self.active, size = ActivePart(fronts, np.flatnonzero(active), np.flatnonzero(~active), dofs), len(dofs)
         index = np.full(self.model.size, -1, dtype=np.int64)  # among the active degrees of freedom
-        index[self.active_dofs] = np.arange(size)
+        index[dofs] = np.arange(size)
         operations = tree.size * (tree.size + 2 * tree.boundary_size)
-        room = {name: room[: number * size].reshape(number, size) for name, (number, room) in self._rooms.items()}
-        changed, new = self._lists
+        memory = self._room
+        room = {name: room[: number * size].reshape(number, size) for name, (number, room) in memory.rows.items()}
+        changed, new = memory.lists
         self.solver = Solver(
             substitution=self._substitution(fronts, fronts, room["particular"]),
             correction=Correction(
@@ -243,7 +246,7 @@ class MultifrontalSystem:
                 occupied=0,
                 loads=0,
                 tolerance=options.woodbury_tolerance,
-                **self._correction,
+                **memory.correction,
             ),
             costs=Costs(
                 factorisation=self.factorisation_cost,
@@ -251,15 +254,15 @@ class MultifrontalSystem:
                 refactorisation_ratio=options.refactorisation_ratio,
                 spent=0.0,
             ),
-            active=self.active,
-            active_dofs=self.active_dofs,
-            target=self._target,
+            active=self.active.interfaces,
+            active_dofs=dofs,
+            target=memory.target,
             changed=changed,
             new=new,
             right=room["right"],
             stale=self._stale,
             must_factorise=np.ones(1, dtype=np.bool_),
-            counts=self._counts,
+            counts=memory.counts,
             batch=RESPONSE_BATCH,
             loop_rows=MAX_LOOP_ROWS,
             eliminate=eliminate,
@@ -277,7 +280,7 @@ class MultifrontalSystem:
             row_start=start,
             boundary_row=row[tree.boundary],
             reached=self.reached,
-            gathered=self._gathered,
+            gathered=self._room.gathered,
         )
         made: Substitution = Substitution(
             factors=self.factors,
@@ -291,19 +294,19 @@ class MultifrontalSystem:
 
     def condensed_substitution(self) -> Substitution:
         """Substitution with the condensed fronts, in rows of all degrees of freedom."""
-        fronts, everything = ~self.active_fronts, np.ones_like(self.active_fronts)
+        fronts, everything = ~self.active.fronts, np.ones_like(self.active.fronts)
         return self._substitution(fronts, everything, np.empty((0, len(self.tree.dofs))))
 
     def are_active(self, interfaces: BoolArray | IntArray) -> bool:
         """Whether no interface listed is of a condensed front."""
-        return bool(self._is_active[interfaces].all())
+        return bool(np.append(self.active.fronts, True)[self.tree.interfaces.front[interfaces]].all())
 
     def condense(
         self, fronts: BoolArray, load: FloatArray, live_load: FloatArray | None = None
     ) -> StaticCondensation | None:
         """Condense all fronts but some and their ancestors, elastic; make all active if these do not hold them."""
         fronts = self.tree.ancestors(fronts)
-        condensed = self.active_fronts & ~fronts
+        condensed = self.active.fronts & ~fronts
         held = not fronts.all()
         if condensed.any():
             held = self._eliminate_condensed(condensed)
@@ -311,7 +314,7 @@ class MultifrontalSystem:
             self._stale[parents[parents >= 0]] = True
         if not held:
             fronts = np.ones(self.tree.count, dtype=np.bool_)
-            self.active_fronts &= ~condensed  # those are not regularised now
+            self.active.fronts[condensed] = False  # those are not regularised now
         self.activate(fronts)
         if held:
             self.condensation = StaticCondensation(self, load, live_load)
@@ -323,7 +326,7 @@ class MultifrontalSystem:
         Of walls of one geometry and elastic stiffness, all from the third on reuse the results of the second.
         """
         interfaces, tree = np.flatnonzero(self.tree.in_fronts(fronts)), self.tree
-        self._target[interfaces] = self.elastic[interfaces]
+        self._room.target[interfaces] = self.elastic[interfaces]
         small = 8e-9 * tree.matrix_entries <= MAX_SHARED_MEMORY
         if not (small and np.isnan(self._arrays["stiffness"]).all()):
             return self._eliminate_elastic(fronts, interfaces)
@@ -374,26 +377,26 @@ class MultifrontalSystem:
 
     def continue_counts(self, before: MultifrontalSystem) -> None:
         """Continue the counts of iterations and factorisations of the same wall with other supports."""
-        self._counts[[ITERATIONS, FACTORISATIONS]] += before._counts[[ITERATIONS, FACTORISATIONS]]
+        self._room.counts[[ITERATIONS, FACTORISATIONS]] += before._room.counts[[ITERATIONS, FACTORISATIONS]]
 
     def count_iteration(self) -> None:
         """Count an iteration that Python does."""
-        self._counts[ITERATIONS] += 1
+        self._room.counts[ITERATIONS] += 1
 
     @property
     def iterations(self) -> int:
         """Number of solutions in iterations."""
-        return int(self._counts[ITERATIONS])
+        return int(self._room.counts[ITERATIONS])
 
     @property
     def factorisations(self) -> int:
         """Number of factorisations."""
-        return int(self._counts[FACTORISATIONS])
+        return int(self._room.counts[FACTORISATIONS])
 
     @property
     def corrections(self) -> int:
         """Number of Woodbury corrections."""
-        return int(self._counts[CORRECTIONS])
+        return int(self._room.counts[CORRECTIONS])
 
 
 ASSEMBLY_WEIGHT, INVERSION_WEIGHT = 1.7e4, 3.2

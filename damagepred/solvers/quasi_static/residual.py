@@ -11,11 +11,14 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
+from damagepred.kernels.concrete_section.structures import SectionMemory, Sections, Wires
 from damagepred.kernels.equilibrium.completion import Completed, complete, store_tangent
 from damagepred.kernels.equilibrium.joints import (
     add_internal_forces,
     add_section_forces,
+    commit_section_history,
     fill_bond_loads,
+    fill_section_values,
     joint_steps,
 )
 from damagepred.kernels.equilibrium.newton import run_newton
@@ -31,8 +34,6 @@ from damagepred.kernels.equilibrium.wall import (
     Interfaces,
     Joints,
     SectionLaw,
-    SectionMemory,
-    Sections,
     TrescaBounds,
     Wall,
 )
@@ -189,7 +190,7 @@ class Residual:
     @property
     def free(self) -> IntArray:
         """Free degrees of freedom of active fronts."""
-        return self.equations.active_dofs
+        return self.equations.active.dofs
 
     @property
     def supports_move(self) -> bool:
@@ -242,8 +243,10 @@ class Residual:
         self.steps = joint_steps(return_mapping.general, None if elastic is None else True)
         footing = SectionLaw.empty()
         if model.sections is not None:
-            sections = Sections(**model.sections._asdict())
-            footing = SectionLaw(present=True, sections=sections, add_forces=add_section_forces)
+            fields, wires = model.sections._asdict(), Wires(**model.sections.wires._asdict())
+            sections = Sections(**{name: fields[name] for name in Sections.fields} | {"wires": wires})
+            values = np.zeros((len(model.sections.interface), 6))
+            footing = SectionLaw(present=True, sections=sections, values=values, add_forces=add_section_forces)
         self.components = Components(
             joints=self._joint_structure(return_mapping),
             law=self.steps.law(),
@@ -306,18 +309,18 @@ class Residual:
         """Make the wall that the iterations take, with the present active fronts."""
         equations, jacks, none = self.equations, self.jacks, np.empty(0)
         if self.superelements is not None:
-            active = np.append(equations.active_fronts, True)[equations.tree.superelement_front]
+            active = np.append(equations.active.fronts, True)[equations.tree.superelements.front]
             self.superelements.set_condensed(~active)
-        condensation, moving = equations.condensation, self._moving
+        condensation, moving, part = equations.condensation, self._moving, equations.active
         self.wall = Wall(
             components=self.components,
             bonds=self.bonds,
             interfaces=Interfaces(
                 all=self._all_interfaces,
-                active=equations.active,
-                condensed=equations.condensed_interfaces,
-                jointed=self._jointed(equations.active),
-                moving=self._jointed(equations.active[:0] if moving is None else moving),
+                active=part.interfaces,
+                condensed=part.condensed_interfaces,
+                jointed=self._jointed(part.interfaces),
+                moving=self._jointed(part.interfaces[:0] if moving is None else moving),
             ),
             freedoms=Freedoms(
                 free=self.free,
@@ -426,6 +429,12 @@ class Residual:
         u = self._displacement_of(state, None)
         state.jack = minimise_tresca(_steps(), self.wall, self._in_state(state, limit), float(state.jack), tolerance, u)
 
+    def with_supports_moved(self, state: State) -> FloatArray:
+        """Displacements of a state, supports at their place at its load factor."""
+        displacement = state.displacement.copy()
+        displacement[self.model.supports.prescribed] = self.model.support_displacement(state.load_factor)
+        return displacement
+
     def missing_deflection(self, state: State, displacement: FloatArray) -> float:
         """Return the missing deflection of jacks whose deflection is given (m)."""
         return 0.0 if self.jacks is None else self.jacks.missing_deflection(state.load_factor, displacement)
@@ -448,7 +457,10 @@ class Residual:
         """Commit the history of the joints to an equilibrium."""
         condensation, shape = self.equations.condensation, self.model.ground.full.normal.shape
         whole = condensation is None or self.superelements is not None
-        listed, on_ground = self._all_interfaces if whole else self.equations.active, Ground(*np.zeros((2, *shape)))
+        listed, on_ground = (
+            self._all_interfaces if whole else self.equations.active.interfaces,
+            Ground(*np.zeros((2, *shape))),
+        )
         u, history = self._displacement_of(state, None), self._history_of(state)
         work = self.steps.commit_history(self.components.joints, *history, listed, u, never_opened, *on_ground)
         joints = JointEnergy(*work)
@@ -467,6 +479,20 @@ class Residual:
         u, history = self._displacement_of(state, None), self._history_of(state)
         self.steps.contact_stresses(self.components.joints, *history, u, opening, sigma, tau)
         return opening, sigma, tau
+
+    def section_response(self, state: State) -> FloatArray:
+        """Opening, shear (m), rotation, axial and shear force (N) and moment (N m) of cracking sections (s, 6)."""
+        memory, u = self._structures.sections(state), self._displacement_of(state, None)
+        values = np.empty((len(state.sections.cracked), 6))
+        joints, footing = self.components.joints, self.components.footing
+        force, stiffness = np.zeros_like(u), np.zeros_like(self._arrays["stiffness"])
+        fill_section_values(footing, memory, joints, u, force, stiffness, values)
+        return values
+
+    def commit_sections(self, state: State) -> None:
+        """Commit the history variables of the footing's sections to an equilibrium."""
+        memory, u = self._structures.sections(state), self._displacement_of(state, None)
+        commit_section_history(self.components.footing, memory, self.components.joints, u)
 
     def joint_law_violation(self, state: State, normal_stress: FloatArray, shear_stress: FloatArray) -> float:
         """Return the largest stress by which stresses (m, q) violate the joint law (Pa)."""
@@ -513,14 +539,15 @@ class Residual:
         Its commit changes the bonds of joints that are not plain.
         """
         if not self.plain:
-            u, history, active = self._displacement_of(state, None), self._history_of(state), self.equations.active
+            u, history = self._displacement_of(state, None), self._history_of(state)
+            active = self.equations.active.interfaces
             load = float(fill_bond_loads(self.components, *history, active, u, self.bond_load))
             self._completed = self._completed._replace(bond_load=load)
         return max(self._completed.bond_load, self._completed.condensed_load)
 
     def event_share(self, state: State, aim: float, active_only: bool = False) -> float:
         """Interpolate the share of a step at which the first bond fails; ``bond_load`` is that at its end."""
-        listed = self.equations.active if active_only else self._all_interfaces
+        listed = self.equations.active.interfaces if active_only else self._all_interfaces
         u, history = self._displacement_of(state, None), self._history_of(state)
         return float(interpolate_event(self.bonds, self.components, *history, listed, u, aim))
 
@@ -561,8 +588,9 @@ class Residual:
 
     def update_tresca_bounds(self, state: State, relaxation: float) -> None:
         """Move the bounds of the Tresca problem by a share of the way to Coulomb's limits at a state."""
-        u, history, active = self._displacement_of(state, None), self._history_of(state), self.equations.active
+        u, history = self._displacement_of(state, None), self._history_of(state)
         joints, bounds = self.components.joints, self.components.bounds
+        active = self.equations.active.interfaces
         self.steps.update_tresca_bounds(joints, *history, bounds, active, u, relaxation)
 
     def uncondense(self, fronts: BoolArray) -> None:
@@ -570,8 +598,8 @@ class Residual:
         equations = self.equations
         wanted = fronts | self._never_condensed | self._active_block_fronts()
         if self.condensed:
-            wanted |= equations.active_fronts
-        if not self.condensed or (wanted & ~equations.active_fronts).any():
+            wanted |= equations.active.fronts
+        if not self.condensed or (wanted & ~equations.active.fronts).any():
             equations.condense(wanted, self.loads.dead, self.loads.live)
             self._make_wall()
 
@@ -587,7 +615,7 @@ class Residual:
 
         None: no deformable block. Blocks that yield become active.
         """
-        tree, condensed = self.equations.tree, self.equations.condensed_interfaces
+        tree, condensed = self.equations.tree, self.equations.active.condensed_interfaces
         slides = self.condensed and self._completed.sliding > 0
         if (blocks := self.superelements) is None and not slides:
             return None
@@ -609,20 +637,12 @@ class Residual:
 
 
 class JointEnergy(NamedTuple):
-    """Work of the joints, from rest or since the last commit (J).
+    """Work of the joints, from rest or since the last commit (J)."""
 
-    Attributes
-    ----------
-    friction, crushing, mode_1_dissipation : float
-        Dissipated since the last commit; the last in tension by bonds that soften by slip.
-    stored, softened : float
-        Elastic energy, and accumulated softening work of all other bonds.
-    """
-
-    friction: float
+    friction: float  # dissipated since the last commit; the last in tension by bonds that soften by slip
     crushing: float
     mode_1_dissipation: float
-    stored: float
+    stored: float  # elastic energy, and accumulated softening work of all other bonds
     softened: float
 
 

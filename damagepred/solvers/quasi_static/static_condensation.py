@@ -21,18 +21,10 @@ if TYPE_CHECKING:
 
 
 class StaticCondensation:
-    """Superelements of the condensed subtrees.
-
-    Attributes
-    ----------
-    boundary_dofs : array of int
-        Degrees of freedom of active fronts on which superelements act.
-    structure : Condensation
-        Structure for kernels.
-    """
+    """Superelements of the condensed subtrees; they act on ``boundary_dofs`` of active fronts."""
 
     def __init__(self, equations: MultifrontalSystem, load: FloatArray, live_load: FloatArray | None) -> None:
-        tree, active, substitution = equations.tree, equations.active_fronts, equations.condensed_substitution()
+        tree, active, substitution = equations.tree, equations.active.fronts, equations.condensed_substitution()
         loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
         reduced, particular = np.ascontiguousarray(loads[:, tree.dofs]), np.empty((2, len(tree.dofs)))
         equations.reached[:] = True

@@ -41,5 +41,5 @@ def static_equilibrium(model: Model, settings: Solver) -> State | None:
     history = state.history.copy()
     softens = (model.properties.critical_opening > 0)[:, None]
     kappa = np.where(softens, np.minimum(history.kappa, 1e9), 0.0)
-    history = history._replace(cracked=history.cracked & ~path.never_opened, kappa=kappa)
+    history = history._replace(cracked=history.cracked & ~path.bonds.never_opened, kappa=kappa)
     return replace(state, displacement=path.equilibrium.system.complete(state.displacement), history=history)

@@ -38,17 +38,10 @@ class EnergyControl:
     Between two equilibria joints open and slide. Work by the trapezoidal rule and dissipation by the return mapping
     (backward Euler) are wrong there by second order of the step: the imbalance measures it. A step whose imbalance is
     too large is repeated with a part of its length.
-
-    Attributes
-    ----------
-    tolerance : float
-        Energy error summed along the path over the largest external work (1).
-    options : EnergyOptions
-        How far steps are refined.
     """
 
-    tolerance: float
-    options: EnergyOptions = DEFAULTS.energy
+    tolerance: float  # energy error summed along the path over the largest external work (1)
+    options: EnergyOptions = DEFAULTS.energy  # how far steps are refined
 
     def next_length(self, before: EnergyBalance, after: EnergyBalance, step: float) -> float:
         """Return the step length whose imbalance is just allowed.
@@ -65,59 +58,29 @@ class EnergyControl:
 
 @dataclass
 class StepControl:
-    """Step control of one increment: the next target, and what bounds it. Each method is one transition.
+    """Step control of one increment: the next target, and what bounds it. Each method is one transition."""
 
-    Attributes
-    ----------
-    goal : (float, float)
-        Load and load factor at the end of the increment.
-    options : ContinuationOptions
-        Limits of steps and brackets.
-    minimum_step : float
-        Distance to a rejected target below which a distant equilibrium is sought (1).
-    collapse_bracket : float
-        Distance between the last equilibrium and collapse at which collapse is located (1).
-    shortest_halved_step, shortest_refined_step : float
-        Length of step that is neither halved for want of an equilibrium nor refined by the energy balance (1).
-    minimum_event_step : float
-        Step within which all bonds fail at its end (1).
-    longest_step : float
-        Step length allowed by the energy balance (1).
-    next_point : (float, float) or None
-        Next target; None: the predictor's target.
-    rejected_target, overloaded_point, collapse_point : (float, float) or None
-        Nearest load and load factor at which no nearby equilibrium was found, at which a bond is overloaded, and at
-        which the wall collapses.
-    collapsed_state : State or None
-        The wall at ``collapse_point``.
-    collapse_residual : float
-        Unbalanced force ratio there.
-    halvings, event_cuts : int
-        Energy balance of the present step.
-    accepted_steps : int
-        Steps since the last event: as often the predictor was too early.
-    refined : bool
-        Whether the energy balance asked for this step: the next is not longer.
-    """
-
-    goal: Point
-    options: ContinuationOptions
-    minimum_step: float
-    collapse_bracket: float
+    goal: Point  # load and load factor at the end of the increment
+    options: ContinuationOptions  # limits of steps and brackets
+    minimum_step: float  # distance to a rejected target below which a distant equilibrium is sought (1)
+    collapse_bracket: float  # distance between the last equilibrium and collapse at which collapse is located (1)
+    # length of step that is neither halved for want of an equilibrium nor refined by the energy balance (1)
     shortest_halved_step: float
     shortest_refined_step: float
-    minimum_event_step: float
-    longest_step: float = np.inf
-    next_point: Point | None = None
+    minimum_event_step: float  # step within which all bonds fail at its end (1)
+    longest_step: float = np.inf  # step length allowed by the energy balance (1)
+    next_point: Point | None = None  # next target; None: the predictor's target
+    # nearest load and load factor at which no nearby equilibrium was found, at which a bond is overloaded, and at
+    # which the wall collapses
     rejected_target: Point | None = None
     overloaded_point: Point | None = None
     collapse_point: Point | None = None
-    collapsed_state: State | None = None
-    collapse_residual: float = np.inf
-    halvings: int = 0
+    collapsed_state: State | None = None  # the wall at ``collapse_point``
+    collapse_residual: float = np.inf  # unbalanced force ratio there
+    halvings: int = 0  # energy balance of the present step
     event_cuts: int = 0
-    accepted_steps: int = 0
-    refined: bool = False
+    accepted_steps: int = 0  # steps since the last event: as often the predictor was too early
+    refined: bool = False  # whether the energy balance asked for this step: the next is not longer
 
     @classmethod
     def start(

@@ -95,7 +95,7 @@ class QuasiStaticStepper:
         """Whether the dead load lifted the footing off unilateral supports, or found no equilibrium."""
         path, free = self.path, unilateral_supports(self.model)
         rests = ratio < path.tolerance and not detached_blocks(path.model, path.state.displacement, 0.0).any()
-        return bool(free.size) and not (rests and path.never_opened[free].all())
+        return bool(free.size) and not (rests and path.bonds.never_opened[free].all())
 
     def _not_converged(self, ratio: float) -> ConvergenceError:
         path = self.path
@@ -125,7 +125,7 @@ class QuasiStaticStepper:
             slip=history.slip.copy(),
             normal_stress=sigma,
             shear_stress=tau,
-            state=contact_states(model, history._replace(cracked=history.cracked & ~path.never_opened)),
+            state=contact_states(model, history._replace(cracked=history.cracked & ~path.bonds.never_opened)),
             unbalanced_force_ratio=max(outcome.unbalanced_force_ratio, accepted),
             base_reaction=path.equilibrium.system.base_reaction(force),
             collapsed=outcome.collapsed,
@@ -137,7 +137,7 @@ class QuasiStaticStepper:
             zones=None if superelements is None else superelements.zone_results(state),
             deflection=np.nan if model.deflection is None else float(model.deflection @ state.displacement),
             jack_load=np.nan if model.jacks is None else state.jack,
-            broken_at=path.broken_at.copy(),
+            broken_at=path.bonds.broken_at.copy(),
         )
 
 

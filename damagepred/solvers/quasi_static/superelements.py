@@ -19,6 +19,7 @@ from damagepred.kernels.zone.superelement import (
     BlockSums,
     DeformableBlocks,
     FacetPieces,
+    YieldLaw,
     add_block_forces,
     commit_plastic_strain,
     correct_active_blocks,
@@ -49,24 +50,13 @@ DEFAULTS = NewtonOptions()
 
 
 class BlockShape(NamedTuple):
-    """Blocks of one shape, material and support, r degrees of freedom of the boundary first, then the interior.
+    """Blocks of one shape, material and support, r degrees of freedom of the boundary first, then the interior."""
 
-    Attributes
-    ----------
-    member : array of int (b,)
-        Which of the deformable blocks.
-    dof : array of int (b, n)
-        Degrees of freedom of each.
-    cells : array of int (c, 10)
-        Places, among the n, of x and y of the five gridpoints of each cell.
-    stiffness, condensed, recovery, flexibility : array (n, n), (r, r), (i, r), (i, i)
-        Elastic stiffness, its Schur complement on the boundary (N/m), recovery matrix, and inverse of the interior's
-        stiffness (m/N).
-    """
-
-    member: IntArray
-    dof: IntArray
-    cells: IntArray
+    member: IntArray  # (b,) Which of the deformable blocks
+    dof: IntArray  # (b, n) Degrees of freedom of each
+    cells: IntArray  # (c, 10) Places, among the n, of x and y of the five gridpoints of each cell
+    # (n, n), (r, r), (i, r), (i, i) Elastic stiffness, its Schur complement on the boundary (N/m), recovery matrix,
+    # and inverse of the interior's stiffness (m/N)
     stiffness: FloatArray
     condensed: FloatArray
     recovery: FloatArray
@@ -74,18 +64,9 @@ class BlockShape(NamedTuple):
 
 
 class Superelements:
-    """The deformable blocks of a model.
+    """Deformable blocks of a model: degrees of freedom of each ``boundary``, ``elastic`` stiffness there (N/m).
 
-    Attributes
-    ----------
-    law : BlockLaw
-        Structures for kernels.
-    boundary, elastic : list of array
-        Degrees of freedom of the boundary of each block, and its elastic stiffness there (N/m).
-    tangents, first_entry : array, array of int (d + 1,)
-        Tangent of each block on its boundary, row by row (N/m), and where it begins.
-    condensed_loads : array (2, size)
-        Dead and live load (N, N m); that on interior degrees of freedom is condensed to the boundaries.
+    ``tangents`` has those of all blocks one after the other; loads are condensed to the boundaries.
     """
 
     def __init__(self, system: DiscreteSystem, interior_tolerance: float = DEFAULTS.interior_tolerance) -> None:
@@ -118,10 +99,11 @@ class Superelements:
             blocks=self._structure(shapes, rows, loads, particular, interior_tolerance),
             place_facets=place_block_facets,
             add_forces=add_block_forces,
-            correct_active=correct_active_blocks,
             largest_resultant=largest_block_resultant,
-            update_tangents=update_block_tangents,
             recover=recover_blocks,
+            yielding=YieldLaw(present=True, correct_active=correct_active_blocks, update_tangents=update_block_tangents)
+            if self.yields.any()
+            else YieldLaw.empty(),
         )
 
     def _structure(
@@ -234,7 +216,8 @@ class Superelements:
 
     def update_tangents(self, solver: Solver) -> None:
         """Condense the tangents of active blocks as of the last residual, for the next solution."""
-        update_from_python(self.law, solver)
+        if self.yields.any():
+            update_from_python(self.law, solver)
 
     # -- history ----------------------------------------------------------------------------------------------------
 
@@ -262,6 +245,8 @@ class Superelements:
 
     def commit(self, state: State) -> float:
         """Commit plastic strains and zone states at an equilibrium just completed; return the plastic work (J)."""
+        if not self.yields.any():
+            return 0.0
         return float(commit_plastic_strain(self.law.blocks, state.displacement, state.plastic, state.zone_state))
 
     def zone_results(self, state: State) -> ZoneResults:

@@ -17,29 +17,17 @@ from damagepred.kernels.zone.law import NO_LIMIT, zone_elasticity, zone_strength
 
 
 class Facets(NamedTuple):
-    """Pieces of facets, f of them, for ``place_facets`` and ``scatter_facet_forces``.
+    """Pieces of facets, f of them, for ``place_facets`` and ``scatter_facet_forces``."""
 
-    Attributes
-    ----------
-    start_x, start_y, end_x, end_y : array of int (f,)
-        Degrees of freedom of the gridpoints at both ends of the facet.
-    start_share, end_share : array (f,)
-        Shares of the two in the motion of the piece's middle.
-    turn_x, turn_y : array (f,)
-        Rotation for a unit displacement of the end against the start (1/m).
-    first_dof : int
-        First degree of freedom of the first piece.
-    """
-
-    start_x: IntArray
+    start_x: IntArray  # (f,) Degrees of freedom of the gridpoints at both ends of the facet
     start_y: IntArray
     end_x: IntArray
     end_y: IntArray
-    start_share: FloatArray
+    start_share: FloatArray  # (f,) Shares of the two in the motion of the piece's middle
     end_share: FloatArray
-    turn_x: FloatArray
+    turn_x: FloatArray  # (f,) Rotation for a unit displacement of the end against the start (1/m)
     turn_y: FloatArray
-    first_dof: int
+    first_dof: int  # first degree of freedom of the first piece
 
 
 class PackedZones(NamedTuple):
@@ -324,16 +312,11 @@ class Bending(NamedTuple):
     without shear. A zone has the mean of that strain times sqrt(3/2): the energy of four zones is then the energy of
     the linear field, and a rectangle bends as a beam. Constant strains stay constant, and a constant stress does no
     work on q (patch test). The zone law takes the strain of each zone, as without assumed strains.
-
-    Attributes
-    ----------
-    gamma : array (z,)
-        Share of the displacement of a zone's first gridpoint, a corner of its cell, in q of the cell (1).
-    strain : array (z, 3, 2)
-        e_xx, e_yy, g_xy added to the strains of the shape functions, for q in x and in y (1/m).
     """
 
+    # (z,) Share of the displacement of a zone's first gridpoint, a corner of its cell, in q of the cell (1)
     gamma: FloatArray
+    # (z, 3, 2) e_xx, e_yy, g_xy added to the strains of the shape functions, for q in x and in y (1/m)
     strain: FloatArray
 
 

@@ -10,7 +10,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.section import SectionMemory
 from damagepred.enumerations import ContactKind
-from damagepred.kernels.concrete_section.forces import section_values
+from damagepred.kernels.concrete_section.forces import section_forces as section_forces_of
 
 
 class SectionForces(NamedTuple):
@@ -57,8 +57,10 @@ def section_forces(model: Model, opening: FloatArray, sigma: FloatArray, tau: Fl
 def section_response_of(model: Model, memory: SectionMemory, displacement: FloatArray) -> FloatArray:
     """Opening, shear (m), rotation, axial and shear force (N) and moment (N m) of cracking sections (s, 6)."""
     assert model.sections is not None
+    force, stiffness = np.zeros(model.size), np.zeros((len(model.interfaces.kind), 9))
     values = np.empty((len(model.sections.interface), 6))
-    section_values(model.sections, memory, model.interface_records, model.properties, displacement, values)
+    records, law = model.interface_records, model.properties
+    section_forces_of(model.sections, memory, records, law, displacement, force, stiffness, values)
     return values
 
 

@@ -1,0 +1,78 @@
+"""Failure of bonds: which fail together, what their failure changes, and where on the path each has failed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.assembly import Model
+from damagepred.kernels.interface.commit import break_in_shear
+from damagepred.solvers.quasi_static.options import ContinuationOptions
+from damagepred.solvers.state.joint_history import JointHistory
+from damagepred.solvers.state.wall_state import State
+
+
+class BondFailures:
+    """Bonds of one wall, and the load factor at which each has failed."""
+
+    def __init__(self, model: Model, options: ContinuationOptions, history: JointHistory) -> None:
+        law, self.options = model.properties, options
+        weak = self.weak = (law.tensile_strength < model.block_stress) & ~law.brittle_shear
+        # contacts (m, q) with a bond at the start, contacts without one that have not opened, load factors at failure
+        self.bonded, self.never_opened = ~history.cracked, history.cracked.copy()
+        self.broken_at = np.full(history.cracked.shape, np.nan)  # NaN for bonds that hold
+        has_bond = self.bonded.any(axis=1)
+        self.any_weak, self.all_weak = bool(weak.any()), bool(has_bond.any() and weak[has_bond].all())
+        self._event_overload = np.where(weak[:, None], options.weak_bond_overload, options.event_tolerance)
+        self._residual_strength, self._normal_stiffness = law.residual_tensile_strength, law.normal_stiffness
+        self._recloses = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
+        plain = (law.residual_tensile_strength == 0) & (law.critical_opening == 0)
+        self._dilates = ((law.dilation > 0) & plain)[:, None]
+        self._fails_in_shear = (law.brittle_shear & (law.critical_opening > 0))[:, None]
+        self.can_reclose = bool(self._recloses.any())
+        self.depend_on_stress = bool((self._dilates | self._fails_in_shear).any())
+
+    def __copy__(self) -> BondFailures:
+        """Copy whose masks change independently; ``broken_at`` is replaced, never changed."""
+        other = object.__new__(BondFailures)
+        other.__dict__.update(self.__dict__, never_opened=self.never_opened.copy())
+        return other
+
+    def fail_together(self, load: FloatArray, heaviest: float, cracked: BoolArray) -> BoolArray:
+        """Mask (m, q) of the bonds that fail with the most loaded one; ``cracked`` is flat."""
+        options = self.options
+        broken = load >= heaviest * (1.0 - options.simultaneous_failures)
+        if self.any_weak:
+            group = options.weak_bond_group * (heaviest - 1.0)
+            weak = np.flatnonzero((load > 1.0 + options.overload_tolerance) & (load >= 1.0 + group))
+            weak = weak[self.weak[weak // load.shape[1]] & ~cracked[weak]]
+            broken.ravel()[weak] = True
+        return broken
+
+    def wear(
+        self, model: Model, broken: BoolArray, load: FloatArray, sigma: FloatArray, history: JointHistory
+    ) -> float:
+        """End dilatancy of bonds that break open, and the integrity of bonds that slip breaks; its dissipation (J)."""
+        history.kappa[broken & self._dilates & (sigma > 0.0)] = np.inf  # open: no more dilatancy
+        least = load * (1.0 - self.options.simultaneous_failures) * model.properties.tensile_strength[:, None]
+        sheared = broken & self._fails_in_shear & ~((sigma >= least) & ~history.cracked)
+        return float(break_in_shear(sheared, model.interface_records, model.joint_parameters, history))
+
+    def record(self, state: State, bonds: IntArray | None = None) -> None:
+        """Record the load factor at which bonds (flat indices; by default all) failed since the last call."""
+        listed = np.flatnonzero(state.history.cracked) if bonds is None else bonds
+        self.broken_at = self.broken_at.copy()  # who keeps an earlier point of the path keeps the array
+        broken_at = self.broken_at.ravel()
+        broken_at[listed[self.bonded.ravel()[listed] & np.isnan(broken_at[listed])]] = state.load_factor
+
+    def at_event(self, load: FloatArray) -> bool:
+        """Whether no bond is overloaded beyond its event tolerance."""
+        return bool((load <= 1.0 + self._event_overload).all())
+
+    def reclose(self, history: JointHistory, opening: FloatArray, except_for: BoolArray) -> bool:
+        """Re-close cracked joints whose trial stress is within their residual strength; whether any does."""
+        stress = self._normal_stiffness[:, None] * (opening - history.dilatant_opening)
+        recloses = self._recloses & (history.kappa > 0) & (stress <= self._residual_strength[:, None])
+        recloses &= ~except_for
+        history.kappa[recloses] = 0.0  # a brittle bond that touches, see ``normal_law``
+        return bool(recloses.any())
