@@ -165,7 +165,7 @@ def _is_compiling() -> bool:
 
 
 def _compiled() -> str:
-    """Number of kernels compiled so far, of those that the walls need as far as is known."""
+    """Progress of the compilation as text, empty before the first kernel."""
     from damagepred.kernels.progress import progress
 
     done, of = progress()

@@ -14,6 +14,6 @@ def counted(function: Any, module: str) -> Any:
 
 
 def progress() -> tuple[int, int]:
-    """Number of functions compiled or loaded so far, and of all functions of their rooms; some walls need fewer."""
+    """Number of compiled or loaded functions, and of all functions in their rooms; some walls need fewer."""
     ready = [room for room, function in _functions if function.signatures]
     return len(ready), sum(room in ready for room, _ in _functions)

@@ -66,7 +66,7 @@ RETIRED = {
     "uplift_checks volume_rate_growth volume_answer",
     "linear_system": "singular_pivot_ratio max_shared_memory inversion_panel response_batch max_loop_rows "
     "inversion_weight assembly_weight call_overhead response_weight solution_weight vector_weight product_weight "
-    "keep_farther_levels keep_unchanged_fronts keep_responses",
+    "keep_farther_levels keep_unchanged_fronts keep_responses order",
     "symmetry": "guide_shear_ratio guide_cohesion",
     "explicit": "gain_halving_cycles gain_halving_time damping_halving_cycles minimum_damping trusted_time_step "
     "collapse_bracket zero_load_ratio zero_load_bracket divergence_displacement",

@@ -351,11 +351,10 @@ def few_fronts(equations: MultifrontalSystem, rng: np.random.Generator) -> BoolA
 
 
 @pytest.mark.quick_cases
-@pytest.mark.parametrize("order", ["dissection", "courses"])
 @pytest.mark.parametrize("name", ["wall", "another", "held at one side", "half"])
-def test_condensed_fronts_are_equivalent_to_active_ones(name: str, order: str) -> None:
+def test_condensed_fronts_are_equivalent_to_active_ones(name: str) -> None:
     rng, model = np.random.default_rng(21), WALLS[name]()
-    equations, load = equations_of(model, order=order, dissected_size=12), load_of(model)
+    equations, load = equations_of(model, dissected_size=12), load_of(model)
     corrections = 0
     for _ in range(8):
         superelement = equations.condense(few_fronts(equations, rng), load)

@@ -34,7 +34,7 @@ _recent: deque[tuple[tuple[Any, ...], LinearSystemOptions, tuple[Any, ...], Elim
 class ElasticFactors(NamedTuple):
     """Factors of condensed fronts, elastic: joint strengths do not enter them."""
 
-    # what they are made of: stiffness of the interfaces and of strains, and which fronts are condensed
+    # stiffness of the interfaces and of strains, and mask of the condensed fronts
     of: tuple[FloatArray | BoolArray, ...]
     # by their names in the table of the tangent equations; empty until a second wall has been made of the same
     arrays: dict[str, FloatArray]
@@ -182,7 +182,7 @@ class EliminationTree:
         touching = self._sides[nearer]
         within[touching[touching >= 0]] = 0
         level_of_node = 2 * level_of_block[self._block] + within
-        last = _last_course(model, options, level)
+        last = _last_course(model, level)
         chain = np.full(len(self._block), -1, dtype=np.int64)
         listed = (level_of_node <= last) & (self._weight > 0)
         courses, chain[listed] = np.unique(level_of_node[listed], return_inverse=True)
@@ -253,10 +253,8 @@ class EliminationTree:
         return Elements(own, self._index_in(own, places), order[edges[0] :], edges - edges[0])
 
 
-def _last_course(model: Model, options: LinearSystemOptions, level: IntArray) -> int:
+def _last_course(model: Model, level: IntArray) -> int:
     """Return the last half of a level that is one front, up to a plane of weakness; -1 if there is none."""
-    if options.order == "courses":
-        return 2 * int(level.max(initial=0)) + 1
     kind = model.interfaces.kind
     weak = (kind == ContactKind.DPC) | ((kind == ContactKind.FOOTING_INTERFACE) & (level.max(axis=1) > 0))
     return 2 * int(level[weak].max()) if weak.any() else -1

@@ -71,7 +71,7 @@ class _Room(NamedTuple):
 class MultifrontalSystem:
     """Tangent stiffness of a wall, factorised or corrected; ``solver`` and ``factors`` are its structures for kernels.
 
-    ``condensation`` has the superelements of the condensed subtrees, None where all fronts are active.
+    ``condensation`` has the superelements of the condensed subtrees; it is None if all fronts are active.
     """
 
     def __init__(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Literal
 
 import numpy as np
 from pydantic import Field
@@ -234,9 +233,6 @@ class LinearSystemOptions:
     ----------
     regularisation : float
         Share of the elastic diagonal stiffness that is added to the diagonal, so that detached blocks stay finite (1).
-    order : str
-        Order of elimination of the blocks beyond a plane of weakness: nested ``"dissection"``, or ``"courses"`` one by
-        one.
     dissected_size : int
         Degrees of freedom of a part of the wall above which it is divided by a separator.
     max_memory : float
@@ -252,7 +248,6 @@ class LinearSystemOptions:
     """
 
     regularisation: Pure = Field(default=1e-7, gt=0)
-    order: Literal["dissection", "courses"] = "dissection"
     dissected_size: Count = Field(default=48, ge=1)
     max_memory: Pure = Field(default=6.0, gt=0)
     max_changed_interfaces: Count = Field(default=200, ge=0)

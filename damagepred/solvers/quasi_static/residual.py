@@ -91,7 +91,10 @@ class ExternalLoad:
 
 
 class _Structures:
-    """Structures of the last histories and grounds for kernels; most steps use the same ones again."""
+    """Structures of the last histories and grounds for kernels; most steps use the same ones again.
+
+    The key is a tuple, which keeps its arrays; structures share these arrays, so their content is always the tuple's.
+    """
 
     def __init__(self) -> None:
         self._histories: tuple[tuple[JointHistory, History], ...] = ()
@@ -112,8 +115,7 @@ class _Structures:
         for known, made in self._grounds:
             if known is ground:
                 return made
-        normal, shear = map(np.ascontiguousarray, ground)
-        made = WallGround(normal=normal, shear=shear)
+        made = WallGround(normal=ground.normal, shear=ground.shear)
         self._grounds = ((ground, made), *self._grounds[:2])
         return made
 

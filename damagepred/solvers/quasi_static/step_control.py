@@ -41,7 +41,7 @@ class EnergyControl:
     """
 
     tolerance: float  # energy error summed along the path over the largest external work (1)
-    options: EnergyOptions = DEFAULTS.energy  # how far steps are refined
+    options: EnergyOptions = DEFAULTS.energy  # limits of the refinement
 
     def next_length(self, before: EnergyBalance, after: EnergyBalance, step: float) -> float:
         """Return the step length whose imbalance is just allowed.

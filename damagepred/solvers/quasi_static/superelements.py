@@ -66,7 +66,7 @@ class BlockShape(NamedTuple):
 class Superelements:
     """Deformable blocks of a model: degrees of freedom of each ``boundary``, ``elastic`` stiffness there (N/m).
 
-    ``tangents`` has those of all blocks one after the other; loads are condensed to the boundaries.
+    ``tangents`` lists the tangents of all blocks; loads are condensed to the boundaries.
     """
 
     def __init__(self, system: DiscreteSystem, interior_tolerance: float = DEFAULTS.interior_tolerance) -> None:
