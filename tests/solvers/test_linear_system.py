@@ -445,9 +445,3 @@ def test_fronts_without_support_from_active_ones_are_not_condensed() -> None:
     root[0] = True
     assert not equations.condense(root, load_of(model))
     assert equations.active.fronts.all()
-
-
-# -- order ------------------------------------------------------------------------------------------------------------
-
-
-# -- levels -----------------------------------------------------------------------------------------------------------
