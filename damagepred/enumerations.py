@@ -6,6 +6,13 @@ from enum import IntEnum, StrEnum
 
 SYNONYMS = {"sagging": "dishing", "hogging": "doming"}
 """Kinds of movement by other words of the field."""
+LOCAL = {
+    "tree": "ground movement at the tree",
+    "pipe": "ground movement at the pipe",
+    "tunnel": "ground movement over the tunnel",
+    "table": "largest ground movement",
+}
+"""Shapes with a local movement of the ground, with the name of their ``surface_movement``."""
 
 
 class ContactKind(IntEnum):

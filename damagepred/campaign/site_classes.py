@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from damagepred.campaign.settings import StudySettings
+from damagepred.enumerations import LOCAL
 from damagepred.scene import Scene, SoilLayer, Suction, site_class, site_classes, surface_movement
-from damagepred.scene.mound import LOCAL
 from damagepred.scene.scene import step_names
 
 DRAWN = 1024

@@ -37,10 +37,11 @@ if TYPE_CHECKING:
 def new(
     file: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],
     template: Annotated[
-        Literal["wall", "mound", "jacks", "control-joint", "seasons"],
+        Literal["wall", "mound", "jacks", "control-joint", "seasons", "tree", "end-settlement", "soil-log", "survey"],
         typer.Option(
             "--template",
-            help="Ground of prescribed form, clay of class H1, test rig, clay and a joint, or thirty years.",
+            help="Ground of prescribed form, clay of class H1, test rig, clay and a joint, thirty years, a tree at one "
+            "end, an end that settles, a soil log, or cracks and levels of a survey.",
         ),
     ] = "wall",
 ) -> None:
@@ -48,9 +49,10 @@ def new(
     from damagepred.campaign.template import write_template
     from damagepred.scene.what_moves import what_moves
 
-    write_template(file, template)
+    files = write_template(file, template)
     described, settings = _described(file)
-    terminal.say(f"wrote {file}; next: damagepred check {file} --plot {file.with_suffix('.png')}, which draws it")
+    drawing = f"--plot {file.with_suffix('.png')}"
+    terminal.say(f"wrote {' and '.join(map(str, files))}; next: damagepred check {file} {drawing}, which draws it")
     terminal.note(what_moves(described if settings is None else settings.mean_wall()[0]))
 
 

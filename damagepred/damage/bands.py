@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import Profile
@@ -32,7 +32,7 @@ class BandGauges:
 
     profile: Profile  # nodes of the mortar joints of the wall proper
     # (g, k q) or (g, k (q + 2)): share of the opening at each node in each reading across several joints
-    sums: sparse.csr_array
+    sums: scipy.sparse.csr_array
 
     @classmethod
     def of_joints(cls, joints: JointMap, length: float) -> BandGauges:
@@ -40,7 +40,7 @@ class BandGauges:
         chosen = np.flatnonzero(joints.is_wall)
         profile = joints.profile(chosen)
         parts = [_readings(joints, chosen, profile.way, axis, length) for axis in (0, 1)]
-        return cls(profile, sparse.csr_array(sparse.vstack(parts)))
+        return cls(profile, scipy.sparse.csr_array(scipy.sparse.vstack(parts)))
 
     def width(self, opening: FloatArray, cracked: BoolArray, threshold: float = 0.0) -> float:
         """Width of the widest crack band (m), from openings above a threshold at broken bonds (m, q)."""
@@ -54,7 +54,9 @@ class BandGauges:
         return float(max(counted.max(), (self.sums @ counted).max(initial=0.0)))
 
 
-def _readings(joints: JointMap, chosen: IntArray, nodes: FloatArray, axis: int, length: float) -> sparse.csr_array:
+def _readings(
+    joints: JointMap, chosen: IntArray, nodes: FloatArray, axis: int, length: float
+) -> scipy.sparse.csr_array:
     """Readings of gauges along one axis that cross more than one joint.
 
     A gauge begins at each contact and each end of a joint and runs along the axis, from block to block.
@@ -64,7 +66,7 @@ def _readings(joints: JointMap, chosen: IntArray, nodes: FloatArray, axis: int, 
     columns, size = nodes.shape[1], nodes.size
     number = np.flatnonzero(np.abs(along[:, axis]) < 1e-6 * np.abs(along[:, 1 - axis]))  # at right angles to the axis
     if not number.size:
-        return sparse.csr_array((0, size))
+        return scipy.sparse.csr_array((0, size))
     start, along, nodes = start[number], along[number], nodes[number]
     tangent = np.sign(along[:, 1 - axis])
     # the normal of a joint points from its first block to its second; its tangent is the normal turned clockwise
@@ -102,4 +104,4 @@ def _readings(joints: JointMap, chosen: IntArray, nodes: FloatArray, axis: int, 
             shares.append(weight[some])
     several = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *rows[1:]]))
     data, where = np.concatenate(shares), (np.concatenate(rows), np.concatenate(cells))
-    return sparse.csr_array((data, where), shape=(position.size, size))[several]
+    return scipy.sparse.csr_array((data, where), shape=(position.size, size))[several]

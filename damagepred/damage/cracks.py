@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial.distance import cdist
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import JointMap
@@ -88,8 +86,8 @@ def _connected(joints: JointMap, chosen: BoolArray, number: IntArray) -> tuple[i
     if not both.size:
         return len(number), np.arange(len(number), dtype=np.int32)
     a, b = np.searchsorted(number, first[both]), np.searchsorted(number, second[both])
-    graph = sparse.csr_array((np.ones(len(a), dtype=np.int8), (a, b)), shape=(len(number),) * 2)
-    count, label = connected_components(graph, directed=False)
+    graph = scipy.sparse.csr_array((np.ones(len(a), dtype=np.int8), (a, b)), shape=(len(number),) * 2)
+    count, label = scipy.sparse.csgraph.connected_components(graph, directed=False)
     return int(count), label
 
 
@@ -115,4 +113,4 @@ def group_widths(cracks: Cracks, distance: float, counts: Sequence[int]) -> tupl
 
 def _near(x: FloatArray, y: FloatArray, distance: float) -> BoolArray:
     position = np.column_stack((x, y))
-    return np.asarray(cdist(position, position) <= distance * (1 + 1e-12))
+    return np.asarray(scipy.spatial.distance.cdist(position, position) <= distance * (1 + 1e-12))

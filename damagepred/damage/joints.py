@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.enumerations import ContactKind
@@ -265,18 +265,18 @@ class JointMap:
         return again.reshape(-1, 2)
 
     @cached_property
-    def corners(self) -> sparse.csr_array:
+    def corners(self) -> scipy.sparse.csr_array:
         """Incidence of interfaces and corners (m, corners)."""
         number = self.corner_numbers.T.ravel()
         rows = np.tile(np.arange(len(self.kind)), 2)
-        return sparse.csr_array((np.ones(len(rows), dtype=np.int8), (rows, number)))
+        return scipy.sparse.csr_array((np.ones(len(rows), dtype=np.int8), (rows, number)))
 
     @cached_property
     def wall_neighbours(self) -> tuple[IntArray, IntArray]:
         """Pairs of interfaces of the wall proper that share a corner: the first and the second of each."""
         wall = np.flatnonzero(self.is_wall)
         touching = self.corners[wall]
-        pairs = sparse.triu(touching.astype(np.int32) @ touching.T, k=1).tocoo()
+        pairs = scipy.sparse.triu(touching.astype(np.int32) @ touching.T, k=1).tocoo()
         return wall[pairs.row], wall[pairs.col]
 
 

@@ -13,8 +13,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components, dijkstra
+import scipy
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import JointMap
@@ -258,8 +257,8 @@ def _longest_course(ends: IntArray, step: FloatArray, cost: FloatArray) -> tuple
     edge_of = order[cheapest]
 
     def search(weight: FloatArray, start: int) -> tuple[FloatArray, IntArray]:
-        graph = sparse.csr_array((np.maximum(weight[edge_of], 1e-12), (key // n, key % n)), shape=(n, n))
-        return dijkstra(graph, directed=False, indices=start, return_predecessors=True)
+        graph = scipy.sparse.csr_array((np.maximum(weight[edge_of], 1e-12), (key // n, key % n)), shape=(n, n))
+        return scipy.sparse.csgraph.dijkstra(graph, directed=False, indices=start, return_predecessors=True)
 
     first = int(np.argmax(search(step, 0)[0]))
     last = int(np.argmax(search(step, first)[0]))
@@ -327,8 +326,8 @@ def _joined(ends: IntArray) -> list[IntArray]:
         return []
     points, local = np.unique(ends, return_inverse=True)
     local = local.reshape(-1, 2)
-    graph = sparse.csr_array((np.ones(len(local), np.int8), (local[:, 0], local[:, 1])), shape=(len(points),) * 2)
-    _, label = connected_components(graph, directed=False)
+    graph = scipy.sparse.csr_array((np.ones(len(local), np.int8), (local[:, 0], local[:, 1])), shape=(len(points),) * 2)
+    _, label = scipy.sparse.csgraph.connected_components(graph, directed=False)
     of_edge = label[local[:, 0]]
     order = np.argsort(of_edge, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(of_edge[order])) + 1)

@@ -11,6 +11,9 @@ from damagepred.errors import InputError, nearest
 TOPICS = (
     "my-house-on-h1-clay",
     "how-far-to-trust-it",
+    "a-tree-at-one-end",
+    "an-end-that-settles",
+    "a-soil-log",
     "reading-a-result",
     "uncertainty",
     "judging-again",

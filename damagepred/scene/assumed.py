@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import reduce
 
-from damagepred.scene.mound import LOCAL
+from damagepred.enumerations import LOCAL
 from damagepred.scene.movement import UP, Kind
 from damagepred.scene.scene import Scene
 from damagepred.scene.site import suction_depth

@@ -49,6 +49,19 @@ def with_input_tables(tables: Any, folder: Path) -> Any:
     return merged
 
 
+def with_roof_in_all(tables: Any) -> Any:
+    """Tables of a scene whose load of the roof, given per length ("3 kN/m"), is in all (N)."""
+    loads = tables.get("loads") if isinstance(tables, Mapping) else None
+    roof = loads.get("roof") if isinstance(loads, Mapping) else None
+    if not isinstance(roof, str) or "/" not in roof:
+        return tables
+    try:
+        in_all = to_si(roof, "N/m") * _length(tables)
+    except ValueError:  # the scene refuses it
+        return tables
+    return {**tables, "loads": {**loads, "roof": in_all}}  # type: ignore[dict-item]
+
+
 def profiles_in_metres(tables: Any, folder: Path) -> tuple[str, ...]:
     """Profiles of a scene that are files with positions in metres."""
     if not isinstance(tables, Mapping):

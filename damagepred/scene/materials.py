@@ -379,7 +379,8 @@ class Loads:
     Attributes
     ----------
     roof : float
-        Total vertical load (N), downwards, uniform along the top of the wall.
+        Total vertical load (N), downwards, uniform along the top of the wall. In a file also per length of the wall,
+        such as ``"3 kN/m"``.
 
     Examples
     --------

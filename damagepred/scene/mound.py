@@ -10,18 +10,11 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from damagepred.arrays import FloatArray
+from damagepred.enumerations import LOCAL
 from damagepred.scene.described import described
 from damagepred.scene.footing_profile import bell, gaussian, through_points
 from damagepred.scene.movement import UP, Kind, Movement
 from damagepred.scene.quantity import Length, Pure
-
-LOCAL = {
-    "tree": "ground movement at the tree",
-    "pipe": "ground movement at the pipe",
-    "tunnel": "ground movement over the tunnel",
-    "table": "largest ground movement",
-}
-"""Shapes with a local movement of the ground, with the name of their ``surface_movement``."""
 
 
 @described

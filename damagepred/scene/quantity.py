@@ -27,9 +27,10 @@ def _registry() -> Any:
 COMMON = {
     "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2},
     "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm2": 1e6},
-    "Pa/m": {"Pa/m": 1.0, "N/mm3": 1e-3**-3, "MPa/mm": 1e9},
+    "Pa/m": {"Pa/m": 1.0, "N/mm3": 1e-3**-3, "MPa/mm": 1e9, "kPa/m": 1e3, "MPa/m": 1e6},
     "kg/m**3": {"kg/m3": 1.0},
     "N": {"N": 1.0, "kN": 1e3},
+    "N/m": {"N/m": 1.0, "kN/m": 1e3},
     "s": {"s": 1.0, "ms": 1e-3},
     "m/s": {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2},
     "m/s**2": {"m/s2": 1.0, "mm/s2": 1e-3, "cm/s2": 1e-2},

@@ -16,16 +16,17 @@ from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import ArgsKwargs
 
 from damagepred.arrays import FloatArray
+from damagepred.enumerations import LOCAL
 from damagepred.errors import InputError, likely_unit, nearest
 from damagepred.inputs.input_files import parse_toml, read_toml
 from damagepred.inputs.text import check_title
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
-from damagepred.scene.input_tables import profiles_in_metres, with_input_tables
+from damagepred.scene.input_tables import profiles_in_metres, with_input_tables, with_roof_in_all
 from damagepred.scene.loading import Load, Loading, Support, check_loading
 from damagepred.scene.material_library import with_material
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
-from damagepred.scene.mound import LOCAL, Mound
+from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement, with_largest_stage
 from damagepred.scene.quantity import to_si
 from damagepred.scene.rig import Rig
@@ -455,6 +456,7 @@ class Scene:
         """
         from damagepred.scene.reading import build
 
+        tables = with_roof_in_all(tables)
         scene = build(cls, tables, source)
         scene._require_consistent(tables, source)
         return scene

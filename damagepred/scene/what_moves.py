@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.scene.mound import LOCAL
+from damagepred.enumerations import LOCAL
 from damagepred.scene.scene import Scene
 
 PROFILE_POINTS = 4001

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 
 from damagepred.arrays import FloatArray
+from damagepred.enumerations import LOCAL
 from damagepred.errors import InputError, nearest
-from damagepred.scene.mound import LOCAL, Mound
 
 MEASURES = (
     "surface_movement",
@@ -88,6 +88,8 @@ def check_states(ds: xr.Dataset, name: str) -> None:
     mound, movement, length = (scene.get(key, {}) for key in ("mound", "movement", "wall"))
     if movement.get("shape") != "mound" or mound.get("shape", "walsh") != "walsh":
         return
+    from damagepred.scene.mound import Mound
+
     if not Mound(**mound).proportional(length.get("length", 0.0), movement.get("kind", "dishing")):
         raise InputError(
             f"{name}: this study was made by a version that scaled the Walsh mound of the final surface movement, so a "
@@ -204,6 +206,8 @@ def _movement_ratio(ds: xr.Dataset) -> FloatArray | float | None:
     mound, kind = scene.get("mound"), scene.get("movement", {}).get("kind")
     if not mound or kind is None:
         return None
+    from damagepred.scene.mound import Mound
+
     ratio = {key: mound[key] for key in ("shape", "movement_ratio") if key in mound}
     ratio |= {"table": mound["table"]} if mound.get("shape") == "table" else {}
     return float(Mound(surface_movement=1.0, **ratio).largest(kind))  # type: ignore[arg-type]

@@ -296,6 +296,62 @@ def tree_at_one_end() -> Figure:
 
 
 @sketch
+def end_that_settles() -> Figure:
+    """Ground that goes down under one end of a wall, in a straight line."""
+    made, ax = bare(52, (-1.2, 11, -1.9, 3.0))
+    x = np.linspace(-1.2, 11, 300)
+    settled = lambda at: -0.9 * np.clip(1.0 - np.maximum(at, 0.0) / 3.0, 0.0, 1.0)  # noqa: E731
+    bottom = lambda at: 0.5 * settled(at)  # noqa: E731
+    ground(ax, x, settled(x), -1.9)
+    wall(ax, 9, 2.3, lifted(lambda at: bottom(at) + 0.3), WINDOWS)
+    footing(ax, 9, bottom, 0.3)
+    ax.plot([-1.2, 11], [0, 0], color=BLUE, ls="--", lw=1)
+    ax.plot([3.5, 3.2, 3.45, 3.1], [2.55, 2.3, 2.1, 1.9], color=RED, lw=2.2)
+    note(ax, 3.6, 2.75, "crack", RED, "cb")
+    arrow(ax, (-0.5, 0), (-0.5, settled(0.0)), RED)
+    note(ax, -0.5, -1.25, "25 mm", RED, "ct")
+    span(ax, (0, -1.5), (3, -1.5))
+    note(ax, 1.5, -1.55, "3 m", BLUE, "ct")
+    note(ax, 9.3, 0.1, "ground before", BLUE, "lb")
+    return made
+
+
+@sketch
+def soil_log() -> Figure:
+    """Layers of clay under a footing, and the change of suction with depth."""
+    made, layers, suction = bare(56, (-0.6, 9.6, -4.6, 2.6), (-0.2, 2.4, -4.6, 2.6), widths=(3, 1))
+    for top, end, words, colour in (
+        (0.0, -0.8, "topsoil 0.4 m, $I_{ss}$ = 1 %", "#c9b98f"),
+        (-0.8, -2.4, "clay 1.2 m, 4 %", "#d9a066"),
+        (-2.4, -4.6, "deep clay 3 m, 3 %", SOIL),
+    ):
+        layers.fill_between([-0.6, 9.6], top, end, color=colour, lw=0)
+        note(layers, 4.4, (top + end) / 2 - (0.15 if top == 0.0 else 0.0), words)
+    footing(layers, 8, lambda at: 0.0 * at - 0.3, 0.3)
+    wall(layers, 8, 2.3, lifted(lambda at: 0.0 * at), ((1.5, 0.8, 1.8, 1.0), (4.7, 0.8, 1.8, 1.0)))
+    suction.plot([0, 1.6, 0, 0], [0, 0, -4.2, 0], color=RED)
+    suction.fill([0, 1.6, 0], [0, 0, -4.2], color=RED, alpha=0.2)
+    note(suction, 0.9, 0.2, "change of suction", RED, "cb")
+    note(suction, 0.3, -4.2, "$H_s$", RED, "lm")
+    return made
+
+
+@sketch
+def survey() -> Figure:
+    """Observed cracks and levels of a wall."""
+    made, ax = bare(48, (-0.8, 7.6, -1.0, 3.0))
+    wall(ax, 6, 2.4, lifted(lambda at: 0.0 * at), ((2.1, 0.9, 1.8, 1.2),))
+    for x, y, words in ((1.75, 1.9, "width?"), (2.3, 0.5, "width?"), (4.4, 1.9, "no crack")):
+        ax.add_patch(Circle((x, y), 0.28, fill=False, color=RED, lw=1.3))
+        box = {"fc": "w", "ec": "none", "pad": 1}
+        note(ax, x + (0.35 if x > 4 else -0.35), y, words, RED, "lm" if x > 4 else "rm", bbox=box)
+    for x in (0.0, 3.0, 6.0):
+        arrow(ax, (x, -0.75), (x, -0.05))
+    note(ax, 6.2, -0.45, "levels", BLUE, "lm")
+    return made
+
+
+@sketch
 def control_joint() -> Figure:
     """Wall with and without a control joint, on doming ground."""
     made, whole, jointed = bare(46, *[(-0.6, 9.6, -1.3, 3.7)] * 2)

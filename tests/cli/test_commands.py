@@ -102,7 +102,8 @@ def test_the_template_is_valid_and_never_overwrites(command: Run, tmp_path: Path
 
     assert command("new", tmp_path / "house.toml").code == 0
     settings = StudySettings.from_toml(tmp_path / "house.toml")
-    assert set(settings.variables) == {"joint.tensile_strength", "joint.cohesion", "dpc.friction"}
+    joints = {"joint.tensile_strength", "joint.cohesion", "joint.strength_factor"}
+    assert set(settings.variables) == {*joints, "dpc.friction"}
     before = (tmp_path / "house.toml").read_bytes()
     result = command("new", tmp_path / "house.toml")
     assert result.code == 2

@@ -225,3 +225,13 @@ def test_files_are_found_beside_the_scene_from_wherever(tmp_path: Path, monkeypa
     (folder / "q.csv").unlink()
     with pytest.raises(InputError, match=r"A.q\.csv: no such file"):
         Scene.from_toml("A/wall.toml")
+
+
+@pytest.mark.parametrize(("roof", "newtons"), [("3 kN/m", 27e3), ("3 N/mm", 27e3), ("27 kN", 27e3), (27e3, 27e3)])
+def test_a_roof_is_given_in_all_or_per_length_of_the_wall(roof: object, newtons: float) -> None:
+    assert Scene.from_dict({"wall": {"length": "9 m"}, "loads": {"roof": roof}}).loads.roof == pytest.approx(newtons)
+
+
+def test_a_roof_per_area_is_refused() -> None:
+    with pytest.raises(InputError, match="roof = '3 kPa': has the wrong kind of unit"):
+        Scene.from_dict({"loads": {"roof": "3 kPa"}})

@@ -15,7 +15,7 @@ from abc import ABC, abstractmethod
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.inputs.arguments import checked, require_alike
@@ -120,7 +120,7 @@ class CompositeLikelihood(Estimator):
             kind = np.repeat(np.arange(size, dtype=np.int8), [len(first) for first, _ in equal])
             row = np.column_stack([which + end - len(first) for (first, which), end in zip(equal, ends)]).ravel()
             each = np.arange(0, size * count + 1, size)
-            self._sum = sparse.csr_array((np.ones(size * count), row, each), shape=(count, int(ends[-1])))
+            self._sum = scipy.sparse.csr_array((np.ones(size * count), row, each), shape=(count, int(ends[-1])))
             self.rows = CategoryIntervals(lower, upper, kind, size)
         self._start = _start(lower, upper, kind, size)
 

@@ -1,0 +1,48 @@
+"""Templates of ``damagepred new``: what they sample, and the files beside them."""
+
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from damagepred.campaign.settings import StudySettings
+from damagepred.campaign.template import Template, write_template
+from damagepred.errors import InputError
+from damagepred.scene.what_moves import what_moves
+from damagepred.uq.observations import Observations
+
+MOVES = {
+    "tree": "The left end of the ground goes down by 25 mm, to nothing at 3 m; drying clay, 5000 kPa/m",
+    "end-settlement": "The left end of the ground goes down by 25 mm, to nothing at 3 m; soil, 5000 kPa/m",
+    "survey": "The left end of the ground goes down by 60 mm, to nothing at 4 m; drying clay, 5000 kPa/m",
+}
+
+
+@pytest.mark.parametrize("name", get_args(Template))
+def test_each_template_samples_the_batch_of_its_mortar(name: Template, tmp_path: Path) -> None:
+    write_template(tmp_path / "house.toml", name)
+    settings = StudySettings.from_toml(tmp_path / "house.toml")
+    assert settings.variables["joint.strength_factor"].field is None
+    assert settings.variables["joint.tensile_strength"].field is not None
+    assert what_moves(settings.mean_wall()[0]) == MOVES.get(name, what_moves(settings.mean_wall()[0]))
+
+
+def test_the_soil_log_has_its_surface_movement_by_hand(tmp_path: Path) -> None:
+    write_template(tmp_path / "log.toml", "soil-log")
+    scene = StudySettings.from_toml(tmp_path / "log.toml").scene
+    # alpha is 1 in the cracked upper half of H_s = 2.3 m and 2 - z / 5 below; suction falls from 1.2 pF to 0 at H_s
+    z = (0.5 + np.arange(23000)) * 1e-4
+    strain = np.where(z < 0.4, 0.01, np.where(z < 1.6, 0.04, 0.03))
+    rise = strain * np.where(z < 1.15, 1.0, 2.0 - z / 5.0) * 1.2 * (1.0 - z / 2.3) * 1e-4
+    assert scene.mound.surface_movement == pytest.approx(rise.sum(), rel=1e-4)
+    assert scene.loads.roof == pytest.approx(24e3)
+
+
+def test_a_survey_comes_with_its_observations(tmp_path: Path) -> None:
+    files = write_template(tmp_path / "house.toml", "survey")
+    assert [file.name for file in files] == ["house.toml", "house_observations.toml"]
+    assert Observations.from_toml(files[1]) is not None
+    (tmp_path / "house.toml").unlink()
+    with pytest.raises(InputError, match=r"house_observations\.toml: exists and was not changed"):
+        write_template(tmp_path / "house.toml", "survey")
