@@ -42,12 +42,15 @@ if TYPE_CHECKING:
         BaseMotion,
         BlockMaterial,
         ControlJoint,
+        Creep,
         Damage,
         Dpc,
         Dynamics,
         Footing,
         HeadJoint,
         Joint,
+        Load,
+        Loading,
         Loads,
         Mound,
         Movement,
@@ -56,7 +59,11 @@ if TYPE_CHECKING:
         Rig,
         Scene,
         Soil,
+        SoilLayer,
         Solver,
+        Strain,
+        Suction,
+        Support,
         Wall,
     )
     from damagepred.study import Study, StudyFunction, open_study
@@ -77,8 +84,8 @@ _HOMES = {
         "one_wall.solve": "solve",
         "results.rejudge": "judge_again",
         "results.scales": "compare_scales",
-        "scene": "BaseMotion BlockMaterial ControlJoint Damage Dpc Dynamics Footing HeadJoint Joint Loads Mound "
-        "Movement Opening ReinforcedConcrete Rig Scene Soil Solver Wall",
+        "scene": "BaseMotion BlockMaterial ControlJoint Creep Damage Dpc Dynamics Footing HeadJoint Joint Load Loading "
+        "Loads Mound Movement Opening ReinforcedConcrete Rig Scene Soil SoilLayer Solver Strain Suction Support Wall",
         "results.simple_assessment": "simple_categories simple_methods",
         "study": "Study StudyFunction open_study",
         "analyses.back_analysis": "infer",

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from enum import IntEnum, StrEnum
 
-SYNONYMS = {"sagging": "dishing", "hogging": "doming"}
+SYNONYMS = {
+    **{"sagging": "dishing", "hogging": "doming", "edge heave": "dishing", "centre heave": "doming"},
+    **{"settles": "settle", "heaves": "heave"},
+}
 """Kinds of movement by other words of the field."""
 LOCAL = {
     "tree": "ground movement at the tree",

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from damagepred.arrays import FloatArray
+from damagepred.enumerations import SYNONYMS
 from damagepred.errors import InputError
 from damagepred.scene.footing_profile import through_points
 from damagepred.scene.number_table import read_number_table
@@ -19,7 +20,8 @@ END_TOLERANCE = 1e-3
 """Tolerance between the ends of a profile and of the wall, over its length: positions are rounded."""
 SIZE_TOLERANCE = 0.01
 """Relative tolerance between a given movement and the profile's: figures are rounded."""
-SIDES = {"doming": 1.0, "hogging": 1.0, "heave": 1.0, "dishing": -1.0, "sagging": -1.0, "settle": -1.0}
+SIDES = {"doming": 1.0, "heave": 1.0, "dishing": -1.0, "settle": -1.0}
+SIDES |= {word: SIDES[kind] for word, kind in SYNONYMS.items()}
 """Sign of the deflection of each kind of movement."""
 FRACTIONS = ("1", "-", "%")
 """Units of a column of fractions."""

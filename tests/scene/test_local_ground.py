@@ -36,7 +36,10 @@ def test_settle_goes_down_on_drying_soil_and_heave_up_on_wet_soil(kind: str, end
     assert scene.soil.stiffness(scene.movement.kind) == stiffness
 
 
-@pytest.mark.parametrize(("word", "kind"), [("sagging", "dishing"), ("hogging", "doming")])
+@pytest.mark.parametrize(
+    ("word", "kind"),
+    [("sagging", "dishing"), ("hogging", "doming"), ("edge heave", "dishing"), ("centre heave", "doming")],
+)
 def test_synonyms(word: str, kind: str) -> None:
     scene = Scene.from_dict({"movement": {"kind": word, "stage": [{"kind": word, "central_deflection": 8e-3}]}})
     assert (scene.movement.kind, scene.movement.stage[0].kind) == (kind, kind)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 from pydantic import Field
 
 from damagepred.scene.described import described
@@ -89,6 +91,13 @@ class FragilityOptions:
     empirical_iterations: Count = Field(default=2000, ge=1)
     largest_count: Count = Field(default=1_000_000, ge=2)
     goodness_walls: Count = Field(default=20_000, ge=0)
+
+    def __repr__(self) -> str:
+        """Options that differ from the defaults: signatures stay short."""
+        values = ((field.name, getattr(self, field.name), getattr(type(self), field.name)) for field in fields(self))
+        return (
+            f"FragilityOptions({', '.join(f'{name}={value!r}' for name, value, default in values if value != default)})"
+        )
 
 
 DEFAULT = FragilityOptions()
