@@ -29,6 +29,12 @@ class ContactKind(IntEnum):
     SUPPORT = 5
     FOOTING_SECTION = 6
     CONTROL_JOINT = 7
+    BRICK_JOINT = 8
+    """Potential crack in the middle of a brick."""
+
+
+MASONRY = (ContactKind.BED_JOINT, ContactKind.HEAD_JOINT, ContactKind.BRICK_JOINT)
+"""Kinds of interface whose openings are cracks of the wall."""
 
 
 class ContactState(IntEnum):

@@ -12,7 +12,7 @@ from damagepred.arrays import FloatArray
 from damagepred.campaign.settings import StudySettings
 from damagepred.damage import Rules
 from damagepred.errors import InputError, SolverError
-from damagepred.one_wall.judged_path import follow, model_of
+from damagepred.one_wall.judged_path import follow_wall
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.uq.capacity import ROUNDING, interpolated_capacity
@@ -106,14 +106,15 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
     on the path: the relative length of the path beyond the movement, plus the relative increase of the widest crack to
     the limit. A path that fails beyond the movement counts as the latter.
     """
-    model = model_of(scene, fields)
     rules = Rules.from_settings(**asdict(scene.damage))
     limit = rules.table.limits[question.category - 1]
-    full = model.central_deflection if model.surface_movement is None else model.surface_movement
-    full = scene.movement.size if scene.movement.settles else full
     before, width_before = 0.0, 0.0
     try:
-        for step in follow(model, scene.solver, scene.damage, scene.movement.increments):
+        for model, step in follow_wall(scene, fields, scene.movement.increments):
+            full = model.central_deflection if model.surface_movement is None else model.surface_movement
+            full = scene.movement.size if scene.movement.settles else full
+            if step.increment.number == 0:  # also of a path that starts again because a brick breaks
+                before, width_before = 0.0, 0.0
             moved = step.increment.load_factor * full
             if model.deflection is not None and model.surface_movement is None:
                 moved = max(abs(step.increment.deflection), before)

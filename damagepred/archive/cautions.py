@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,7 +11,7 @@ import xarray as xr
 
 from damagepred.arrays import FloatArray
 from damagepred.diagnostics import Energies, described
-from damagepred.enumerations import ContactKind, ContactState
+from damagepred.enumerations import MASONRY, ContactState
 
 STUDIED = ("energy_error_share", "snap_through_share", "displacement_share", "crack_share", "snap_back_limited")
 """Results of a study that ``study_cautions`` reads."""
@@ -108,14 +109,24 @@ def wall_cautions(ds: xr.Dataset) -> list[str]:
             "Give [dynamics] a longer duration, or leave it out."
         )
     if "contact_state" in ds:
-        in_wall = np.isin(ds["contact_kind"].values, (ContactKind.BED_JOINT, ContactKind.HEAD_JOINT))
+        in_wall = np.isin(ds["contact_kind"].values, MASONRY)
         cracked = (ds["contact_state"].values == ContactState.CRACKED).any(axis=0) & in_wall
         reasons = [_RINGING] if ds.attrs.get("solver_method") == "explicit" else []
         if (passes := _passes_of_zero(ds)) >= PASSES_DETERMINED:
             reasons.append(_HISTORY.format(passes))
+        if "contact_cohesion" in ds and "fracture_energy" not in _joint_table(ds):
+            strength = np.fmin(ds["contact_tensile_strength"].values, ds["contact_cohesion"].values)
+            if (cracked & (strength > 0.0) & (strength < SMALL_BOND)).any():
+                reasons.append(_SMALL_BONDS)
         if count := int(cracked.sum()):
             sentences += [f"In {count} contacts of bed and head joints the wall has cracked: {why}" for why in reasons]
     return sentences
+
+
+def _joint_table(ds: xr.Dataset) -> Mapping[str, Any]:
+    """Joints of the archived scene; empty for an assembly."""
+    table: Mapping[str, Any] = tomllib.loads(str(ds.attrs.get("scene", ""))).get("joint", {})
+    return table
 
 
 def _passes_of_zero(ds: xr.Dataset) -> int:
@@ -134,6 +145,12 @@ _RINGING = (
 _HISTORY = (
     "the movement passes zero {} times. Each time differences grow where loose bricks slide, and after some passes "
     "rounding may decide single widths. They may differ on another processor: judge on many walls."
+)
+SMALL_BOND = 10e3
+"""Cohesion or tensile strength (Pa) below which brittle bonds leave the equilibrium undetermined."""
+_SMALL_BONDS = (
+    "bonds of less than 10 kPa break at once. The two solvers may end in different equilibria, each of them stable "
+    "under finer steps, with other widths, crack bands and categories. Solve with both methods, or judge on many walls."
 )
 _SNAP_BACK = (
     "fracture_energy or shear_fracture_energy is less than the elastic energy of the joint at failure (snap-back). The "

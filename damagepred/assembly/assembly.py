@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
+from damagepred.assembly.brick_cracks import whole_centres
 from damagepred.assembly.elastic_blocks import elastic_blocks
 from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_properties, refuse_overlaps, shared_edges
 from damagepred.assembly.interfaces import (
@@ -522,6 +523,7 @@ class Assembly:
             self._polygons,
             self._are_elastic(settings, mesh),
             [self._block_materials[number].poisson_ratio for number in self._block_material],
+            [a for (a, b), (_, kind) in self._pairs.items() if kind == ContactKind.BRICK_JOINT and b == a + 1],
         )
         outline, first_vertex, facet = outlines(blocks, mesh)
         shared = shared_edges(outline, first_vertex, tolerance)
@@ -604,7 +606,7 @@ class Assembly:
             properties = lump_block_elasticity(
                 properties,
                 geometry.interfaces,
-                blocks,
+                whole_centres(geometry.interfaces, blocks),
                 self._block_materials,
                 block_material,
                 elastic=geometry.elastic,

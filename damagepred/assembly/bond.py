@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -127,6 +127,25 @@ def lay_bricks(scene: Scene) -> list[Brick]:
             if not any(first <= a and b <= last for first, last in taken)
         ]
     return bricks
+
+
+def may_break(length: Any, block_length: float) -> Any:
+    """Whether blocks of some length (m) are bricks with a potential crack: no closers, no lintels."""
+    return (length > 0.75 * block_length) & (length < 1.4 * block_length)
+
+
+def halved(bricks: Sequence[Brick], block_length: float, breaks: Sequence[bool]) -> tuple[list[Brick], list[int]]:
+    """Bricks with each whole brick that breaks in two halves, and the numbers of the left halves."""
+    pieces: list[Brick] = []
+    left_halves = []
+    for brick, splits in zip(bricks, breaks):
+        if splits and may_break(brick.right - brick.left, block_length):
+            middle = 0.5 * (brick.left + brick.right)
+            left_halves.append(len(pieces))
+            pieces += [brick._replace(right=middle), brick._replace(left=middle)]
+        else:
+            pieces.append(brick)
+    return pieces, left_halves
 
 
 def _lowest_course(scene: Scene, joint: ControlJoint) -> int:

@@ -15,10 +15,14 @@ joints makes running bond 50 % too stiff along the wall, and up to 12 % (stack b
 Along an interface, the block's side moves as a straight line: the mean of the field, and its slope at the middle, which
 is the best fit. It is exact between two elastic blocks of equal strain and curvature. For this, beds are cut into parts
 of half a block, and finer on bodies that do not bend.
+
+The two halves of a brick that may break share strain and curvature: each has the field from its own centroid, which
+differs from the field of the whole by a rigid motion.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
@@ -35,12 +39,17 @@ class ElasticBlocks(NamedTuple):
     and ground.
     """
 
-    block: IntArray  # (d,): number of the block
+    block: IntArray  # (d,): number of the block, or of the first of its two halves
     number: IntArray  # (n + 1,): index of each block in this list, -1 if it is rigid; the ground last
     axis: FloatArray  # (d, 2): unit vector along the beds: the more level side of the rectangle
-    length: FloatArray  # (d,): size along the axis and across (m)
+    length: FloatArray  # (d,): size along the axis and across (m), of a half where there are two
     height: FloatArray
     poisson_ratio: FloatArray  # (d,)
+
+    @property
+    def halves(self) -> IntArray:
+        """Number of blocks (d,) that share each strain: 1, or 2 halves of a brick."""
+        return np.bincount(self.number[self.number >= 0], minlength=len(self.block))
 
     def along(self, block: IntArray, direction: FloatArray) -> BoolArray:
         """Whether directions (m, 2) are nearer to the axis of elastic blocks than to their other side."""
@@ -67,9 +76,10 @@ class ElasticBlocks(NamedTuple):
         """Elastic blocks among a list of blocks, with the numbers of the list."""
         number = self.number[blocks]
         listed = np.flatnonzero(number >= 0)
+        shared, first, position = np.unique(number[listed], return_index=True, return_inverse=True)
         new_number = np.full(len(blocks) + 1, -1)
-        new_number[listed] = np.arange(len(listed))
-        return ElasticBlocks(listed, new_number, *(values[number[listed]] for values in self[2:]))
+        new_number[listed] = position
+        return ElasticBlocks(listed[first], new_number, *(values[shared] for values in self[2:]))
 
     def parts(self, edges: SharedEdges, on_rigid: int) -> IntArray:
         """Number of parts per common edge (m,): two per length between bending blocks, else ``on_rigid``."""
@@ -78,7 +88,7 @@ class ElasticBlocks(NamedTuple):
         count, bends = np.ones(len(size), dtype=np.int64), [self.number[side] >= 0 for side in (edges.a, edges.b)]
         for side in (edges.a, edges.b):
             bed = self.along(side, reach / size[:, None])
-            share = size / self.length[self.number[side]] * np.where(bends[0] & bends[1], 2, on_rigid)
+            share = size / (self.halves * self.length)[self.number[side]] * np.where(bends[0] & bends[1], 2, on_rigid)
             count = np.where(bed, np.maximum(count, np.ceil(share * (1 - 1e-9)).astype(np.int64)), count)
         return count
 
@@ -92,14 +102,24 @@ class ElasticSides(NamedTuple):
     rows: FloatArray
 
 
-def elastic_blocks(polygons: list[FloatArray], elastic: list[bool], poisson_ratio: list[float]) -> ElasticBlocks | None:
-    """Elastic blocks: the rectangles among the chosen polygons; None if there are none."""
+def elastic_blocks(
+    polygons: list[FloatArray], elastic: list[bool], poisson_ratio: list[float], left_halves: Collection[int] = ()
+) -> ElasticBlocks | None:
+    """Elastic blocks: the rectangles among the chosen polygons; None if there are none.
+
+    The right half of a brick follows its left half in the list of polygons.
+    """
     rectangles = [(i, sides) for i, polygon in enumerate(polygons) if elastic[i] and (sides := _rectangle(polygon))]
     if not rectangles:
         return None
+    found = {i for i, _ in rectangles}
+    right = {i + 1 for i in left_halves if i in found and i + 1 in found}
+    rectangles = [(i, sides) for i, sides in rectangles if i not in right]
     block = np.array([i for i, _ in rectangles])
     number = np.full(len(polygons) + 1, -1)
     number[block] = np.arange(len(block))
+    for i in right:
+        number[i] = number[i - 1]
     axis_x, axis_y, length, height = np.array([sides for _, sides in rectangles]).T
     ratio = np.array(poisson_ratio)[block]
     return ElasticBlocks(block, number, np.column_stack((axis_x, axis_y)), length, height, ratio)
@@ -137,10 +157,13 @@ def elastic_sides(
         bends = np.flatnonzero(number >= 0)
         number = number[bends]
         n, t = normal[bends], tangent[bends]
-        arm = middle[bends] - centre[elastic.block[number]]
+        arm = middle[bends] - centre[sides[side][bends]]
         moved = elastic.unit_displacements(number, arm, length[bends, None] * t)
         rows[bends, side, 0] = sign * np.einsum("ik,ikc->ic", n, moved)
         rows[bends, side, 1] = sign * np.einsum("ik,ikc->ic", t, moved)
         rows[bends, side, 2, 1] = sign * (arm * elastic.axis[number]).sum(axis=1)
         dof[bends, side] = 3 * len(elastic.number) + 2 * number
+    same = (dof[:, 0] == dof[:, 1]) & (dof[:, 0] >= 0)  # between two halves: one row for both
+    rows[same, 0] += rows[same, 1]
+    rows[same, 1], dof[same, 1] = 0.0, -1
     return ElasticSides(dof, rows)

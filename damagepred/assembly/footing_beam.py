@@ -67,17 +67,16 @@ def _cells(scene: Scene) -> int:
 
 
 def add_footing(
-    assembly: Assembly, footing: Foundation, bricks: Sequence[Brick], length: float, unit: float, *, alone: bool = False
+    assembly: Assembly, footing: Foundation, laid: Sequence[Brick], length: float, unit: float, bricks: Sequence[Brick]
 ) -> IntArray:
     """Add the blocks of a footing, join them to the bricks, and support them; return them left to right.
 
-    ``alone``: the bricks set the ends of the segments and are no blocks.
+    The bricks as laid set the ends of the segments; ``bricks``, whole or in halves, are the blocks, if any.
     """
-    lowest = [i for i, brick in enumerate(bricks) if brick.course == 0]
     if footing.model == "deformable":
         ends = np.array([0.0, length])
     else:
-        ends = _segment_ends([bricks[i] for i in lowest], length, unit, footing.segment_length)
+        ends = _segment_ends([brick for brick in laid if brick.course == 0], length, unit, footing.segment_length)
     size = footing.zone_size if footing.model == "deformable" else 0.0
     blocks = [
         assembly.add_block(
@@ -87,7 +86,7 @@ def add_footing(
     ]
     for start, end in itertools.pairwise(blocks):
         assembly.set_joint(start, end, Joint(), ContactKind.FOOTING_SECTION)
-    for i in [] if alone else lowest:
+    for i in [i for i, brick in enumerate(bricks) if brick.course == 0]:
         for segment in np.flatnonzero((ends[:-1] < bricks[i].right - 1e-9) & (ends[1:] > bricks[i].left + 1e-9)):
             assembly.set_joint(blocks[segment], i, Joint(), ContactKind.FOOTING_INTERFACE)
     if footing.on_soil:

@@ -29,6 +29,11 @@ class Geometry:
     mesh: Mesh | None  # zones of the deformable blocks
     elastic: ElasticBlocks | None = None  # blocks that stretch and bend
 
+    @property
+    def mortar(self) -> Joints:
+        """Joints without the cracks of bricks: as many as with bricks that do not break."""
+        return Joints(*(values[self.joints.kind != ContactKind.BRICK_JOINT] for values in self.joints))
+
 
 def outlines(blocks: Blocks, mesh: Mesh | None) -> tuple[FloatArray, IntArray, IntArray]:
     """Outlines of all blocks, of deformable blocks facet by facet, and the facet of each edge, or -1."""
@@ -85,20 +90,29 @@ def bodies_of(
     return mesh.in_pieces(on[side], x, y), body[:, 0].copy(), body[:, 1].copy()
 
 
+def whole_bricks(a: IntArray, b: IntArray, kind: Int8Array, count: int) -> IntArray:
+    """Brick of each of ``count`` blocks: of two halves the number of the first, of others their own."""
+    brick, cracks = np.arange(count), kind == ContactKind.BRICK_JOINT
+    brick[np.maximum(a, b)[cracks]] = np.minimum(a, b)[cracks]
+    return brick
+
+
 def number_joints(edges: SharedEdges, kind: Int8Array, blocks: Blocks) -> tuple[IntArray, Joints]:
     """Joint of mortar of each interface, and the joints: the bed under a unit is one joint, perpends are single."""
     course = np.append(blocks.course, -1)[edges.b]
-    is_bed = ~np.isin(kind, (ContactKind.HEAD_JOINT, ContactKind.CONTROL_JOINT)) & (course >= 0)
+    upright = (ContactKind.HEAD_JOINT, ContactKind.CONTROL_JOINT, ContactKind.BRICK_JOINT)
+    is_bed = ~np.isin(kind, upright) & (course >= 0)
     count = len(blocks.x) + 1
-    key = np.where(is_bed, edges.b, count * (1 + edges.a) + edges.b)
+    key = np.where(is_bed, whole_bricks(edges.a, edges.b, kind, count)[edges.b], count * (1 + edges.a) + edges.b)
     _, first, joint = np.unique(key, return_index=True, return_inverse=True)
-    rank = np.argsort(np.argsort(first))  # number joints in the order of the interfaces
+    # number joints in the order of the interfaces, cracks of bricks last: joints have the numbers of whole bricks
+    rank = np.argsort(np.lexsort((first, kind[first] == ContactKind.BRICK_JOINT)))
     joint = rank[joint].astype(np.int64)
     count = len(first)
     length = np.hypot(*(edges.end - edges.start).T)
     middle = (edges.start + edges.end) / 2
     weight = np.bincount(joint, length, count)
-    leader = np.sort(first)
+    leader = first[np.argsort(rank)]
     return joint, Joints(
         kind[leader],
         course[leader],

@@ -11,7 +11,8 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly.assembly import GRAVITY, NO_JAMBS, Assembly, rectangle
-from damagepred.assembly.bond import Brick, gauge, lay_bricks, parted
+from damagepred.assembly.bond import Brick, gauge, halved, lay_bricks, parted
+from damagepred.assembly.brick_cracks import brick_joint, bricks_break, whole_centres, with_brick_stiffness
 from damagepred.assembly.footing_beam import (
     Foundation,
     add_footing,
@@ -77,13 +78,13 @@ ZONING = (
     "elastic_subdivisions",
 )
 """Settings that decide on zones and elastic blocks."""
-MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL, HEAD = range(8)
+MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL, HEAD, BRICK = range(9)
 """Numbers of the joint materials of a wall; BED lies between footing and first course."""
 CREEPING = (MORTAR, DPC, BED, HEAD)
 """Joint materials that creep."""
 STEP_MARGIN = 1e-9
 """Distance of a contact from the end of its brick, over the brick's half length, at a step of the ground."""
-IN_KIND = np.array([MORTAR, HEAD, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL])
+IN_KIND = np.array([MORTAR, HEAD, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL, BRICK])
 """Joint material of the interfaces of each kind."""
 
 
@@ -110,18 +111,23 @@ def _geometry(
     poisson_ratio: float,
     supports: tuple[Support, ...],
     beam: bool,
+    breaks: bool,
 ) -> WallGeometry:
     dpc = None if dpc_course is None else Dpc(course=dpc_course)
     # the movement does not shape the bricks; its default is too much for a short wall
     still = Movement(central_deflection=0.0)
     scene = Scene(wall=wall, opening=opening, control_joint=control_joint, dpc=dpc, movement=still)
-    bricks = lay_bricks(scene)
+    laid = lay_bricks(scene)
+    splits = [breaks and _blocks_at(brick, solver, dpc_course) != "deformable" for brick in laid]
+    bricks, left = halved(laid, wall.block_length, splits)
     assembly = Assembly(thickness=wall.thickness, block=BlockMaterial(poisson_ratio=poisson_ratio))
     for brick in bricks:
         corners = rectangle(brick.left, brick.bottom, brick.right, brick.top)
         blocks = _blocks_at(brick, solver, dpc_course)
         size = _zone_size(brick, solver, dpc_course)
         assembly.add_block(corners, course=brick.course, zone_size=size, elastic=blocks == "elastic")
+    for i in left:
+        assembly.set_joint(i, i + 1, Joint(), ContactKind.BRICK_JOINT)
     if dpc_course is not None:
         assembly.set_joint_above(dpc_course - 1, Joint(), ContactKind.DPC)
     meet = parted(scene, bricks)
@@ -135,7 +141,7 @@ def _geometry(
     elif footing_shape is None:
         assembly.rest_on_ground([i for i, brick in enumerate(bricks) if brick.course == 0])
     else:
-        footing = add_footing(assembly, footing_shape, bricks, wall.length, wall.block_length)
+        footing = add_footing(assembly, footing_shape, laid, wall.length, wall.block_length, bricks)
     geometry = assembly.geometry(solver, no_tension=no_tension)
     numbers = {(first, second): scene.control_joint.index(joint) for first, second, joint in meet}
     sides = zip(geometry.interfaces.block_a.tolist(), geometry.interfaces.block_b.tolist())
@@ -149,7 +155,7 @@ def _footing_alone(scene: Scene, solver: Solver, shape: Foundation) -> WallGeome
     wall = scene.wall
     assembly = Assembly(thickness=wall.thickness)
     bricks = lay_bricks(scene)
-    footing = add_footing(assembly, shape, bricks, wall.length, wall.block_length, alone=True)
+    footing = add_footing(assembly, shape, bricks, wall.length, wall.block_length, ())
     geometry = assembly.geometry(solver, no_tension=_no_tension(scene))
     return WallGeometry(geometry, (), NO_JAMBS, footing, np.full(len(geometry.interfaces.kind), -1), np.empty(0))
 
@@ -212,6 +218,7 @@ def _cached(scene: Scene) -> WallGeometry:
         ratio,
         scene.support,
         has_beam(scene),
+        bricks_break(scene),
     )
 
 
@@ -307,7 +314,7 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
     if not _own_bed(scene):
         material[material == BED] = MORTAR
     properties, limited = joint_properties(
-        _joint_materials(scene), material, interfaces.joint, _by_material(fields, scene, len(geometry.joints.kind))
+        _joint_materials(scene), material, interfaces.joint, _by_material(fields, scene, len(geometry.mortar.kind))
     )
     substances = [scene.block, _concrete(scene.footing)]
     substance = (np.arange(len(blocks.x)) >= len(bricks)).astype(np.int64)
@@ -315,10 +322,12 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
     if scene.creep is not None and scene.creep.relaxation_time is None:
         properties = softened(properties, mortar, scene.creep.coefficient)
     joints_alone = properties
+    places = whole_centres(interfaces, blocks)
+    properties = with_brick_stiffness(properties, interfaces, bricks, scene.block)
     if scene.solver.lump_block_elasticity:
         # a beam's cross-section keeps its shape: its elasticity is in the interfaces between its segments
         properties = lump_block_elasticity(
-            properties, interfaces, blocks, substances, substance, len(bricks), geometry.elastic
+            properties, interfaces, places, substances, substance, len(bricks), geometry.elastic
         )
     properties, sections = section_law(properties, geometry, scene.footing)
     properties, snap_back = brittle_where_soft(properties, interfaces.joint)
@@ -466,6 +475,7 @@ def _joint_materials(scene: Scene) -> list[Joint]:
         section_joint(),
         control_joint(scene.joint),
         scene.heads,
+        scene.joint if scene.block.fracture_energy is None else brick_joint(scene.block),
     ]
 
 

@@ -21,7 +21,7 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import environment, given_values, program, programs, provenance
 from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
 from damagepred.arrays import FloatArray, Int8Array
-from damagepred.assembly import NO_LIMITS, Limits, wall_geometry
+from damagepred.assembly import NO_LIMITS, Limits
 from damagepred.campaign.cost_estimate import require_affordable
 from damagepred.campaign.dispatch import Batches, Engine, GivenExecutor, LostSample, run_all, sample_timeout
 from damagepred.campaign.sample import joint_places, sample_of
@@ -439,7 +439,7 @@ class Campaign:
             columns["weight"] = weight
         if self.settings.study.store_fields and self.design.joint and not self.settings.shape_varies:
             joints_of_wall = joint_places(self.settings.scene)
-            joints = len(wall_geometry(self.settings.scene).joints.kind)
+            joints = len(joints_of_wall.x)
             if samples * joints * len(self.design.joint) <= MOST_VALUES:
                 drawn = [self.design.joint_values(i, joints_of_wall) for i in range(samples)]
                 columns |= {key: np.array([d[key] for d in drawn]) for key in self.design.joint}

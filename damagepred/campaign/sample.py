@@ -34,7 +34,7 @@ from damagepred.damage import Rules
 from damagepred.enumerations import FailureKind, SampleStatus
 from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, InputError, StudyError
 from damagepred.one_wall.dataset import history_values, movement_values, path_values, shares_of_size
-from damagepred.one_wall.judged_path import Step, follow, model_of, without_zone_fields
+from damagepred.one_wall.judged_path import Step, follow_wall, without_zone_fields
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.uq.design import Design
@@ -86,7 +86,7 @@ def _on_nearest(fields: dict[str, FloatArray], drawn_on: Scene, scene: Scene) ->
     """Values at each joint of a scene from the nearest joint of another, of the same kind if possible."""
     from scipy.spatial import KDTree
 
-    theirs, ours = wall_geometry(drawn_on).joints, wall_geometry(scene).joints
+    theirs, ours = wall_geometry(drawn_on).mortar, wall_geometry(scene).mortar
     nearest = np.empty(len(ours.kind), dtype=np.int64)
     for kind in np.unique(ours.kind):
         own_joints, other_joints = np.flatnonzero(ours.kind == kind), np.flatnonzero(theirs.kind == kind)
@@ -103,7 +103,7 @@ def joint_places(scene: Scene) -> JointPlaces:
 
 @lru_cache(maxsize=1)  # most samples of a study share one geometry
 def _places_on(geometry: Geometry, brick: float) -> JointPlaces:
-    joints = geometry.joints
+    joints = geometry.mortar
     # one and a half bricks: more than the distance of neighbouring units, less than across any opening
     sequence = course_sequences(joints.course, joints.kind, joints.x, apart=1.5 * brick)
     return JointPlaces(sequence, joints.kind, joints.x, joints.y, brick)
@@ -201,8 +201,10 @@ def solve_sample(settings: StudySettings, design: Design, sample: int, values: M
     model: Model | None = None
     try:
         scene, fields = sampled_wall(settings, design, sample, values)
-        model = model_of(scene, fields)
-        for step in follow(model, scene.solver, scene.damage, scene.movement.increment_count):
+        for solved, step in follow_wall(scene, fields, scene.movement.increment_count):
+            if step.increment.number == 0:  # also of a path that starts again because a brick breaks
+                model = solved
+                steps.clear()
             steps.append(without_zone_fields(step))
             if step.increment.collapsed:
                 status = SampleStatus.COLLAPSED

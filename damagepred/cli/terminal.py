@@ -441,7 +441,7 @@ class Bar(_Progress):
 
     def step(self, step: Step) -> None:
         """Show one more increment."""
-        self._progress.update(self._task, advance=1)
+        self._progress.update(self._task, completed=step.increment.number + 1)
 
 
 class StudyBar(_Progress):

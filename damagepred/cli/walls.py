@@ -263,12 +263,14 @@ def _described(file: Path) -> tuple[Scene, StudySettings | None]:
 
 def _ask_back(described: Scene, settings: StudySettings | None) -> None:
     """Name numbers that are unlikely in their unit, that variables replace, and that nothing reads."""
+    from damagepred.assembly.brick_cracks import brick_cautions
     from damagepred.scene.assumed import ground_cautions
     from damagepred.scene.plausibility import unlikely_values
 
     terminal.cautions(unlikely_values(described, settings.means() if settings else None))
     terminal.cautions(settings.other_means() if settings else [])
-    terminal.cautions(ground_cautions(described, settings.variables if settings else ()))
+    for unread in (ground_cautions, brick_cautions):
+        terminal.cautions(unread(described, settings.variables if settings else ()))
 
 
 def _say_ground(described: Scene, settings: StudySettings | None) -> None:

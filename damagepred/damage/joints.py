@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
-from damagepred.enumerations import ContactKind
+from damagepred.enumerations import MASONRY, ContactKind
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -118,15 +118,13 @@ class JointMap:
 
     @cached_property
     def is_wall(self) -> BoolArray:
-        """Whether each interface (m,) is a mortar joint of the wall proper: above the dpc, or all without a dpc."""
-        mortar = (self.kind == ContactKind.BED_JOINT) | (self.kind == ContactKind.HEAD_JOINT)
-        return mortar & (self.middle_y > self.dpc_level)
+        """Whether each interface (m,) is a joint or brick of the wall proper: above the dpc, or all without a dpc."""
+        return np.isin(self.kind, MASONRY) & (self.middle_y > self.dpc_level)
 
     @cached_property
     def is_base(self) -> BoolArray:
-        """Whether each interface (m,) is a mortar joint below the dpc."""
-        mortar = (self.kind == ContactKind.BED_JOINT) | (self.kind == ContactKind.HEAD_JOINT)
-        return mortar & (self.middle_y <= self.dpc_level)
+        """Whether each interface (m,) is a joint or brick below the dpc."""
+        return np.isin(self.kind, MASONRY) & (self.middle_y <= self.dpc_level)
 
     @cached_property
     def is_footing(self) -> BoolArray:

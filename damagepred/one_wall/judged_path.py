@@ -10,6 +10,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model, wall_model
+from damagepred.assembly.brick_cracks import BrickWatch, bricks_break
 from damagepred.damage import Frames, JointMap, Rules, SightLines, Verdict, judge
 from damagepred.enumerations import ContactState
 from damagepred.kernels.jit import CACHE
@@ -93,6 +94,28 @@ def follow(
         if increment.collapsed:
             verdict = verdict._replace(damage_category=rules.table.highest, damage_category_band=rules.table.highest)
         yield Step(increment, verdict)
+
+
+def follow_wall(
+    scene: Scene, fields: Mapping[str, FloatArray] | None, increments: int, damage: Damage | None = None
+) -> Iterator[tuple[Model, Step]]:
+    """Solve the static path of a scene; yield each increment, with the model.
+
+    Once a whole brick nears its strength, the path starts again at increment 0 with bricks that break.
+    """
+    judged = damage or scene.damage
+    if bricks_break(scene) and scene.solver.brick_cracks == "reached":
+        model = model_of(replace(scene, solver=replace(scene.solver, brick_cracks="none")), fields)
+        watch = BrickWatch.of(scene, model)
+        for step in follow(model, scene.solver, judged, increments):
+            if watch.near(model, step.increment.normal_stress, step.increment.shear_stress):
+                break
+            yield model, step
+        else:
+            return
+    model = model_of(scene, fields)
+    for step in follow(model, scene.solver, judged, increments):
+        yield model, step
 
 
 @one_blas_thread()

@@ -13,6 +13,7 @@ from damagepred.archive.provenance import given_values
 from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray
 from damagepred.assembly import NO_LIMITS, Assembly, Limits, wall_cost
+from damagepred.assembly.brick_cracks import bricks_break
 from damagepred.enumerations import PathStatus
 from damagepred.errors import InputError, SolverError, require_count, require_one_of
 from damagepred.inputs.arguments import checked
@@ -21,6 +22,7 @@ from damagepred.one_wall.judged_path import (
     Step,
     dynamic_run,
     follow,
+    follow_wall,
     model_of,
     whole_interfaces,
     without_zone_fields,
@@ -150,8 +152,15 @@ def _solve(
         attributes |= run.attributes()
     steps: list[Step] = []
     status, message = PathStatus.COMPLETE, None
+    if isinstance(scene, Scene) and bricks_break(described):
+        path = follow_wall(described, fields, count, judged)
+    else:
+        path = ((model, step) for step in follow(model, settings, judged, count, run))
     try:
-        for step in follow(model, settings, judged, count, run):
+        for solved, step in path:
+            if step.increment.number == 0:  # also of a path that starts again because a brick breaks
+                model = solved
+                steps.clear()
             steps.append(step if store_zones else without_zone_fields(step))
             if on_step is not None:
                 on_step(step)

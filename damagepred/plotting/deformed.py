@@ -15,6 +15,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.plotting.colours import DPC_COLOUR, FOOTING_COLOUR, OUTLINE_COLOUR
 from damagepred.plotting.geometry import (
@@ -152,6 +153,12 @@ class Deformed:
             return "displacements to scale" if self.factor else "undeformed"
         return f"displacements exaggerated {plain_number(self.factor)} times"
 
+    @cached_property
+    def unbroken(self) -> FloatArray:
+        """Both faces, as drawn, of the middles of bricks that have not broken (k, 4, 2) (m)."""
+        faces = self.faces
+        return self.gaps(faces.pick((faces.kind == ContactKind.BRICK_JOINT) & (faces.crack <= HAIRLINE)))
+
     def sheet_height(self, room: float) -> float:
         """Height (inches) of a sheet 10 wide, with room for title, axis, colour bar and legend."""
         return height_to_scale(self.shape, room)
@@ -173,6 +180,11 @@ class Deformed:
         """Draw the edges of all blocks, and both faces of open joints: mortar black, the dpc in its colour."""
         rigid = (self.outlines[i] for i in np.flatnonzero(self.rigid))
         lines = [np.vstack((p, p[:1])) for p in rigid]
+        if len(self.unbroken):
+            sides = np.concatenate([np.stack((p[:-1], p[1:]), axis=1) for p in lines])
+            middle, hidden = sides.mean(axis=1), self.unbroken.reshape(-1, 2, 2).mean(axis=1)
+            near = np.hypot(*(middle[:, None] - hidden).transpose(2, 0, 1)).min(axis=1)
+            lines = list(sides[near > 1e-6 * float(np.ptp(self.points))])
         if not self.rigid.all():
             lines += list(self.gridpoints[self.zones.rims()])
         ax.add_collection(LineCollection(lines, colors=OUTLINE_COLOUR, linewidths=0.25, zorder=3, label="outlines"))

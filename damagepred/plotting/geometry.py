@@ -9,7 +9,7 @@ import xarray as xr
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import JointMap
-from damagepred.enumerations import ContactKind
+from damagepred.enumerations import MASONRY, ContactKind
 from damagepred.plotting.sheet import round_numbers
 
 FINITE_ROTATION = 0.02
@@ -99,8 +99,8 @@ class Faces:
 
     @property
     def is_mortar(self) -> BoolArray:
-        """Mortar joints between bricks."""
-        return (self.kind == ContactKind.BED_JOINT) | (self.kind == ContactKind.HEAD_JOINT)
+        """Mortar joints between bricks, and potential cracks of bricks."""
+        return np.isin(self.kind, MASONRY)
 
     @property
     def is_footing(self) -> BoolArray:

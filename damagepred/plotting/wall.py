@@ -103,6 +103,10 @@ def draw_wall(
     else:
         _draw_ground(ax, ds, increment, wall.factor)
     tones, bricks = _tones(len(wall.footing)), np.flatnonzero(~wall.footing)
+    halves = wall.faces.pick(wall.faces.kind == ContactKind.BRICK_JOINT)
+    left, right = (side.tolist() for side in halves.neighbours(wall.points, wall.block))
+    for first, second in zip(left, right):
+        tones[second] = tones[first]
     ax.add_collection(
         PolyCollection(
             [wall.outlines[i] for i in bricks],
@@ -114,6 +118,10 @@ def draw_wall(
             snap=False,  # an upright brick among turned ones must not jump to whole pixels
         )
     )
+    if len(left):
+        whole = [tones[first] for first, crack in zip(left, halves.crack) if crack <= HAIRLINE]
+        hidden = LineCollection(list(wall.unbroken[:, :2]), colors=whole, linewidths=0.7, zorder=2.1)
+        ax.add_collection(hidden)
     faces = wall.faces
     cracks = faces.pick(faces.is_mortar & (faces.crack > HAIRLINE))
     _draw_cracks(ax, wall.gaps(cracks), cracks.crack * MM, table_of(ds))

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.cautions import study_cautions, wall_cautions
+from damagepred.assembly.brick_cracks import bricks_break
 from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import PathStatus
 from damagepred.formatting import length, number
@@ -38,7 +39,10 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
     if assumed := assumed_slow_strains(scene, sampled):
         said.append(f"Slow strains have defaults, which are assumed: {', '.join(assumed)}.")
     if scene.solver.blocks in ("rigid", "elastic") and scene.solver.above_dpc in (None, "rigid", "elastic"):
-        said.append("Bricks neither crack nor crush: cracks run through joints alone.")
+        if bricks_break(scene):
+            said.append("Bricks break upright in the middle alone, and do not crush.")
+        else:
+            said.append("Bricks neither crack nor crush: cracks run through joints alone.")
     if scene.joint.fracture_energy is None:
         said.append(
             "Bonds break at once when their strength is reached. Small differences decide which joint breaks next, "

@@ -8,6 +8,7 @@ from typing import Any
 import xarray as xr
 
 from damagepred.archive.provenance import GIVEN as GIVEN_PLACES
+from damagepred.assembly.brick_cracks import bricks_break
 from damagepred.campaign.settings import StudySettings
 from damagepred.formatting import named, number, plain, quantity
 from damagepred.inputs.data_files import CONFIDENCE
@@ -45,7 +46,7 @@ HEADS = {
 }
 
 _EXPLICIT = ("damping", "ramp_cycles", "maximum_cycles", "time_step_safety")
-_OF_ZONES = ("cohesion", "friction", "dilation", "tensile_strength")
+_OF_ZONES = ("cohesion", "friction", "dilation", "tensile_strength", "fracture_energy")
 
 
 def input_section(scene: Scene, settings: StudySettings | None = None, given: Collection[str] | None = None) -> Section:
@@ -119,7 +120,8 @@ def _tables(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
         if name == "solver" and scene.solver.blocks in ("rigid", "elastic"):
             values = {key: value for key, value in values.items() if key != "plane"}
         if name == "block" and scene.solver.blocks in ("rigid", "elastic"):
-            values = {key: value for key, value in values.items() if key not in _OF_ZONES}
+            idle = ("dilation",) if bricks_break(scene) else _OF_ZONES
+            values = {key: value for key, value in values.items() if key not in idle}
         if name == "joint" and "compressive_strength" not in values:
             values = {key: value for key, value in values.items() if key != "cap_shear"}
         if isinstance(values, dict):

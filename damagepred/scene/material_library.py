@@ -16,6 +16,7 @@ REMOVED = "none"
 OPTIONAL = {
     *(f"joint.{key}" for key in ("fracture_energy", "shear_fracture_energy", "compressive_strength")),
     "block.tensile_strength",
+    "block.fracture_energy",
 }
 """Values that a scene can do without."""
 

@@ -20,7 +20,8 @@ T = TypeVar("T")
 class BlockMaterial:
     """Material of the bricks (``[block]``): elastic; zones may yield in shear (Mohr-Coulomb) and in tension.
 
-    Only zones of deformable blocks use cohesion, friction, dilation and tensile strength. Rigid blocks never yield.
+    Rigid and elastic bricks break in the middle where both tensile_strength and fracture_energy are given; see
+    ``solver.brick_cracks``. Only zones of deformable blocks use dilation, and cohesion without the two.
 
     Attributes
     ----------
@@ -31,14 +32,20 @@ class BlockMaterial:
     density : float
         Mass density (kg/m3).
     cohesion : float or None
-        C (Pa). None: zones never yield in shear.
+        C (Pa). None: zones never yield in shear, and the middle of a rigid or elastic brick has the cohesion
+        tensile_strength, or tensile_strength times friction if that is more.
     friction : float
-        tan(phi) (1), used with a cohesion.
+        tan(phi) (1), used with a cohesion, and in the crack of a broken brick.
     dilation : float
         tan(psi) (1) of the plastic flow in shear. At most the friction.
     tensile_strength : float or None
-        Tension cut-off (Pa) of every principal stress. In effect at most cohesion / friction, the apex of the cone.
-        None: the apex, or no limit without cohesion.
+        Tension cut-off (Pa) of every principal stress of zones. In effect at most cohesion / friction, the apex of the
+        cone. None: the apex, or no limit without cohesion. With fracture_energy, strength of the potential vertical
+        crack in the middle of rigid and elastic bricks (Lourenco and Rots 1997).
+    fracture_energy : float or None
+        G_f (N/m): the work of opening a crack of unit area through a brick. Tension falls linearly with the opening.
+        Less than the elastic energy of the brick: it breaks at once. None: rigid and elastic bricks do not break.
+        Clay bricks: 60 to 130 N/m (van der Pluijm 1999, assumed).
 
     Examples
     --------
@@ -55,6 +62,7 @@ class BlockMaterial:
     friction: Pure = Field(default=0.75, ge=0)
     dilation: Pure = Field(default=0.0, ge=0)
     tensile_strength: Pressure | None = Field(default=None, ge=0)
+    fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
 
     @model_validator(mode="after")
     def _consistent(self) -> BlockMaterial:

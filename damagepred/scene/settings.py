@@ -71,6 +71,10 @@ class Solver:
         Parts, along the length of an elastic block, of its bed joint on a body that does not bend: ground or footing.
     plane : {"stress", "strain"}
         Whether zones are free to expand out of plane, as in a wall, or held.
+    brick_cracks : {"reached", "all", "none"}
+        Whether rigid and elastic bricks have a potential crack in the middle, where ``[block]`` has tensile_strength
+        and fracture_energy. ``reached``: a path is solved with whole bricks, and again with bricks that break once one
+        has 80 % of its strength. ``all``: bricks that break from the start. ``none``: bricks do not break.
     lump_block_elasticity : bool
         Whether the elasticity of rigid blocks is lumped into the joints (True), or only the joints are elastic.
     quadrature : {"lobatto", "midpoint"}
@@ -146,6 +150,7 @@ class Solver:
     footing: Literal["none", "beam", "deformable"] | None = None
     elastic_subdivisions: Count = Field(default=4, ge=2, le=16)
     plane: Literal["stress", "strain"] = "stress"
+    brick_cracks: Literal["reached", "all", "none"] = "reached"
     lump_block_elasticity: bool = True
     quadrature: Literal["lobatto", "midpoint"] = "lobatto"
     contacts_per_interface: Count = Field(default=3, ge=1, le=9)
@@ -230,7 +235,8 @@ class Damage:
         also have the category by the band, as ``damage_category_band``.
     band_gauge : float
         Length of the gauge across a crack band (m); see ``damagepred.damage.bands``. The default spans three bricks of
-        240 mm and their four head joints, whose sum depends less on solver and rate than the widest of them
+        240 mm and their four head joints. Their sum depends less on how they share an opening than the widest of them;
+        where bonds of less than 10 kPa break at once it depends on the solver, too
         (``studies/quasi_static_agreement``). Take about three units if they are longer. It is less than
         ``group_distance``: cracks of a group are separate cracks, which ``count_rule`` counts.
     band_threshold : float

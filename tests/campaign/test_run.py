@@ -9,9 +9,13 @@ import xarray as xr
 
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder
+from damagepred.assembly import wall_geometry, wall_model
 from damagepred.campaign.replay import replay
+from damagepred.campaign.sample import sampled_wall
 from damagepred.campaign.settings import StudySettings
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError, StudyError
+from damagepred.one_wall.judged_path import follow_wall
 from damagepred.study import Study, open_study
 from tests.conftest import SMALL_STUDY
 
@@ -202,6 +206,59 @@ def test_threads_may_write_and_read_at_once(tmp_path: Path) -> None:
 
     with ThreadPoolExecutor(4) as executor:
         assert list(executor.map(write_and_read, range(8))) == list(range(8))
+
+
+def test_the_shear_fracture_energy_may_vary_from_joint_to_joint() -> None:
+    text = SMALL_STUDY.replace("[scene.joint]", "[scene.joint]\nfracture_energy = 10.0\nshear_fracture_energy = 100.0")
+    table = (
+        '[variables."joint.shear_fracture_energy"]\ndistribution = "lognormal"\nmean = 100.0\ncov = 0.1\n'
+        "field = { course_correlation = 0.3 }\n"
+    )
+    study = settings(text.replace("[correlation]", f"{table}\n[correlation]"))
+    design = study.design()
+    values = {place: column[1] for place, column in design.wall_values(4).items()}
+    scene, fields = sampled_wall(study, design, 1, values)
+    law, joint = wall_model(scene, fields).properties, wall_geometry(scene).interfaces.joint
+    energy = fields["joint.shear_fracture_energy"][joint]
+    softens = law.critical_slip > 0.0
+    assert softens.sum() > 50
+    np.testing.assert_allclose(law.critical_slip[softens], (2.0 * energy / law.cohesion)[softens], rtol=1e-12)
+
+
+def test_strength_and_energy_of_bricks_may_be_uncertain(tmp_path: Path) -> None:
+    """Bricks break in the weak wall alone; the draws of its joints are those of the wall with whole bricks."""
+    bricks = """
+[scene.block]
+tensile_strength = "3 MPa"
+fracture_energy = 50.0
+
+[scene.solver]
+blocks = "elastic"
+
+[variables."block.tensile_strength"]
+distribution = "uniform"
+lower = "5 kPa"
+upper = "5 MPa"
+
+[variables."block.fracture_energy"]
+distribution = "uniform"
+lower = 20
+upper = 80
+"""
+    study = settings(SMALL_STUDY.replace("[correlation]", f"{bricks}\n[correlation]"))
+    design, weak = study.design(), {"block.tensile_strength": 5e3, "block.fracture_energy": 20.0}
+    values = {place: float(column[0]) for place, column in design.wall_values(4).items()}
+    kinds = []
+    for strength in (weak, {**weak, "block.tensile_strength": 5e6}):
+        scene, fields = sampled_wall(study, design, 0, values | strength)
+        paths = list(follow_wall(scene, fields, 4))
+        kinds.append(ContactKind.BRICK_JOINT in paths[-1][0].interfaces.kind)
+        assert [step.increment.number for _, step in paths[-5:]] == [0, 1, 2, 3, 4]
+        assert all(len(v) == len(wall_geometry(scene).mortar.kind) for v in fields.values())
+    assert kinds == [True, False]
+    Study(study).run(tmp_path / "bricks.dp", samples=3, workers=1)
+    for sample in range(3):
+        assert replay(tmp_path / "bricks.dp", sample)[1].startswith("bit for bit equal")
 
 
 @pytest.mark.parametrize("stop", [2, '"none"'])

@@ -143,3 +143,31 @@ def test_a_study_says_what_must_be_known(command: Run, tmp_path: Path, joint: st
     for text in (ran.out, command("status", folder).out, page.read_text()):
         for words in (UNBALANCED, SNAP_BACK):
             assert (words in text) == bool(joint), words
+
+
+@pytest.mark.parametrize(
+    ("cohesion", "joint", "named"),
+    [(8e3, "", True), (12e3, "", False), (8e3, "fracture_energy = 5.0", False), (0.0, "", False)],
+)
+def test_small_bonds_that_break_at_once_are_named(cohesion: float, joint: str, named: bool) -> None:
+    """Bonds below 10 kPa: the two solvers may end in different equilibria; not dry joints, not where bonds soften."""
+    wall = xr.Dataset(
+        {
+            "contact_state": (("increment", "contact"), np.full((2, 3), CRACKED)),
+            "contact_kind": ("contact", [BED, DPC, HEAD]),
+            "contact_cohesion": ("contact", [cohesion, 0.0, 2e5]),
+            "contact_tensile_strength": ("contact", [min(cohesion, 2e4), 0.0, 1e5]),
+        },
+        attrs={"solver_method": "quasi_static", "scene": f"[joint]\n{joint}\n"},
+    )
+    said = wall_cautions(wall)
+    assert len(said) == named
+    assert all("bonds of less than 10 kPa break at once" in one for one in said)
+
+
+def test_a_history_of_snap_through_says_so() -> None:
+    """A share of 0.98 of the work, whatever the movement does."""
+    history = xr.Dataset({"progress": ("increment", [0.0, 1.0, -1.0])})
+    said = wall_cautions(history.assign_attrs(snap_through_share=0.98, snap_through_tolerance=0.05))
+    assert len(said) == 1
+    assert said[0].startswith("Energy set free in snap-through is 0.98 of the largest work done")

@@ -34,7 +34,7 @@ def sum_strain_forces(elastic, contributions, first, position, displacement, for
             block = elastic.block[d]
             stretching = -elastic.stiffness[2 * d] * displacement[dof]
             bending = -elastic.stiffness[2 * d + 1] * displacement[dof + 1]
-            for p in range(first[block], first[block + 1]):
+            for p in range(first[block], first[elastic.end[d]]):
                 slot = position[p] + NEXT + NEXT + NEXT
                 stretching += contributions[slot]
                 bending += contributions[slot + NEXT]

@@ -21,7 +21,8 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 class PackedStrains(NamedTuple):
     """Blocks with a strain and a curvature, d of them."""
 
-    block: IntArray  # (d,)
+    block: IntArray  # (d,): the first block, and the block after the last one, that share them
+    end: IntArray
     stiffness: FloatArray  # (2 d,) of strain (N m) and curvature (N m3) in turn
 
 
@@ -112,7 +113,8 @@ def _pack_strains(model: Model, tiles: NDArray[Any], lane: IntArray) -> PackedSt
     for number, side in enumerate("ab"):
         put(tiles[f"strain_dof_{side}"], lane, np.maximum(sides.dof[:, number], 0))  # rigid sides have no row
         put(tiles[f"rows_{side}"], lane, np.delete(sides.rows[:, number].reshape(-1, 6), 4, axis=1))
-    return PackedStrains(model.elastic.block, DiscreteSystem.of(model).strain_stiffness)
+    block = model.elastic.block
+    return PackedStrains(block, block + model.elastic.halves, DiscreteSystem.of(model).strain_stiffness)
 
 
 def move_ground(joints: PackedJoints, movement: GroundMovement, start: float, end: float) -> None:

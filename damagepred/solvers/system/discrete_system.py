@@ -112,16 +112,15 @@ class DiscreteSystem:
             return np.empty(0)
         law, block = model.block_law, elastic.block
         axial = law.elastic_modulus[block] * law.thickness[block] * elastic.length * elastic.height
-        axial *= model.block_share[block]
+        axial *= model.block_share[block] * elastic.halves
         return np.column_stack((axial, axial * elastic.height**2 / 12.0)).ravel()
 
     def strains(self, displacement: FloatArray) -> FloatArray | None:
         """Strain and curvature (1/m) of each block (n, 2), 0 for rigid blocks; None without elastic blocks."""
         if self.model.elastic is None:
             return None
-        strain = np.zeros((self.model.n_blocks, 2))
-        strain[self.model.elastic.block] = displacement[self.strain_dofs].reshape(-1, 2)
-        return strain
+        rigid = np.zeros((1, 2))
+        return np.concatenate((displacement[self.strain_dofs].reshape(-1, 2), rigid))[self.model.elastic.number[:-1]]
 
     # -- loads ----------------------------------------------------------------------------------------------------
 
