@@ -1,4 +1,4 @@
-"""Summary of the baseline, for studies/benchmarks/rooms.py."""
+"""Summary of the baseline, for studies/benchmarks/run.py."""
 
 from __future__ import annotations
 
