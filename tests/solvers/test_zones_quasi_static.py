@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from damagepred import Assembly
+from damagepred import Assembly, Scene, solve
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ZoneState
 from damagepred.kernels.equilibrium.joints import add_internal_forces
@@ -40,6 +40,20 @@ def panel(material: BlockMaterial, courses: int = 4) -> Assembly:
     assembly.move(beam, x=0.3e-3)
     assembly.rest_on_ground([0, 1, 2])
     return assembly
+
+
+@pytest.mark.parametrize("kind", ["dishing", "doming"])
+def test_one_course_of_zones_carries_its_own_weight(kind: str) -> None:
+    """By hand: length x height x thickness x density x g."""
+    scene = {
+        "wall": {"length": 1.2, "height": 0.075, "thickness": 0.11},
+        "block": {"density": 2000.0},
+        "solver": {"blocks": "deformable"},
+        "movement": {"kind": kind, "central_deflection": 1e-3, "increments": 2},
+    }
+    ds = solve(Scene.from_dict(scene))
+    assert (ds["unbalanced_force_ratio"] < 1e-6).all()
+    np.testing.assert_allclose(ds["base_reaction"].values, 1.2 * 0.075 * 0.11 * 2000.0 * 9.81, rtol=1e-5)
 
 
 def test_condensed_blocks_are_equivalent_to_all_gridpoints() -> None:
