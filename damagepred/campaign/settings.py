@@ -156,13 +156,15 @@ class StudySettings:
         if scene is None:
             what = "is a scene; `damagepred solve` solves it. A study" if "wall" in tables else "has no scene; it"
             raise InputError(f'{file}: {what} names one with scene = "file.toml" at the top, or has tables [scene.*].')
-        if isinstance(scene, str):
-            source, described_scene = str(file.parent / scene), Scene.from_toml(file.parent / scene)
-        else:
-            source = f"{file} [scene]"
-            described_scene = Scene.from_file_tables(scene, file.parent, source)
-        SolverOptions.of(described_scene.solver, source)  # errors name the file
-        return cls._checked({**tables, "scene": described_scene}, file.parent, str(file))
+        if not isinstance(scene, str):
+            return cls.from_file_tables(tables, Scene.from_file_tables(scene, file.parent, f"{file} [scene]"), file)
+        return cls.from_file_tables(tables, Scene.from_toml(file.parent / scene), file)
+
+    @classmethod
+    def from_file_tables(cls, tables: Mapping[str, Any], scene: Scene, file: Path) -> StudySettings:
+        """Settings of the tables of a study file and its scene, which may come from another file."""
+        SolverOptions.of(scene.solver, f"{file} [scene]")
+        return cls._checked({**tables, "scene": scene}, file.parent, str(file))
 
     @classmethod
     def from_dict(cls, tables: Mapping[str, Any], source: str = "study") -> StudySettings:

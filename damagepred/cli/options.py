@@ -166,6 +166,7 @@ DOING = {
     "compare": "reading the studies and comparing them",
     "infer": "reading the studies and the observations",
     "design": "pricing the search: solving one wall",
+    "portfolio": "reading the houses, and solving three walls to price the run",
     "fragility": "fitting curves, their bands and their goodness",
     "export": "reading, fitting and writing",
     "sensitivity": "reading the walls and resampling them",

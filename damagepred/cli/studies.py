@@ -19,6 +19,7 @@ from damagepred.cli.options import (
     Full,
     Json,
     MixVersions,
+    MovementOrClass,
     NetcdfFile,
     Picture,
     Quiet,
@@ -244,3 +245,54 @@ def design_command(
         terminal.print_json(search)
         return
     terminal.design_search(search)
+
+
+@app.command("portfolio")
+def portfolio_command(
+    houses: Annotated[Path, typer.Argument(help="Table of houses (CSV, xlsx), one row each.", show_default=False)],
+    file: StudyFile,
+    samples: Annotated[int | None, typer.Option("-n", "--samples", min=1, help="Walls per house.")] = None,
+    workers: Workers = 1,
+    folder: Annotated[
+        Path | None, typer.Option("--folder", help="Folder of the houses' studies.", callback=output_check())
+    ] = None,
+    at: MovementOrClass = "site",
+    output: NetcdfFile = None,
+    table: Annotated[
+        Path | None,
+        typer.Option("--table", help="Table to write (csv, gpkg).", callback=output_check(".csv", ".gpkg")),
+    ] = None,
+    crs: Annotated[str | None, typer.Option("--crs", help="Coordinate system of eastings, such as EPSG:28354.")] = None,
+    plot: Picture = None,
+    json: Json = False,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Assess a street: one row per house in, one row per house out; the same command resumes."""
+    from damagepred.analyses.portfolio import assess_portfolio, price_of_portfolio, write_portfolio
+
+    terminal.note(price_of_portfolio(houses, file, workers, samples, at))
+    with terminal.doing("solving walls") as activity:
+
+        def on_house(number: int, count: int, name: str) -> None:
+            activity[0] = f"solving walls of {name}, house {number} of {count}"
+
+        street = assess_portfolio(
+            houses,
+            file,
+            folder or houses.with_suffix(".portfolio"),
+            samples=samples,
+            at=at,
+            workers=workers,
+            on_house=on_house,
+        )
+    keep_curves(street, output, plot)
+    if table is not None:
+        write_portfolio(street, table, crs)
+        terminal.note(f"wrote {table}")
+    if json:
+        terminal.print_json(street)
+        return
+    terminal.portfolio(street)
+    if street["failed"].any():
+        raise typer.Exit(SOME_FAILED)

@@ -573,6 +573,34 @@ def design_search(search: xr.Dataset) -> None:
         say(f"a {better} alternative is undecided; a larger {keys} decides it")
 
 
+def portfolio(street: xr.Dataset, most: int = 20) -> None:
+    """Print the houses with the most likely damage, and the expected number of damaged houses."""
+    import numpy as np
+
+    probability = street["probability"].transpose("house", "category").values
+    order = np.argsort(-np.nan_to_num(probability, nan=-1.0) @ 100.0 ** np.arange(probability.shape[1]), kind="stable")
+    shown = order if FORM.full else order[:most]
+    categories = street["category"].values.tolist()
+    rows = [
+        [str(one["house"].values), str(one["at"].values), str(int(one["walls"])), str(int(one["failed"]))]
+        + [_chance_with_interval(one.sel(category=c)) for c in categories]
+        for one in (street.isel(house=int(k)) for k in shown)
+    ]
+    heads = ("house", str(street.attrs["measure"]), "walls", "failed", *(f"P(>= {c})" for c in categories))
+    table(f"{street.attrs['title']}: {len(order)} houses", heads, rows)
+    if len(shown) < len(order):
+        say(f"{len(order) - len(shown)} houses with less likely damage are not shown; --full shows them")
+    for c, column in zip(categories, probability.T):
+        unknown = int(np.isnan(column).sum())
+        also = f"; unknown for {unknown}, whose walls were not followed as far" if unknown else ""
+        say(f"category {c} or worse: {np.nansum(column):.3g} houses to be expected of {len(order) - unknown}{also}")
+
+
+def _chance_with_interval(one: xr.Dataset) -> str:
+    value, lower, upper = (float(one[f"probability{end}"]) for end in ("", "_lower", "_upper"))
+    return f"{value:.2f} ({lower:.2f} - {upper:.2f})" if value == value else f"{lower:.2f} to {upper:.2f}"
+
+
 def wall_table(ds: xr.Dataset) -> None:
     """Print the path of a wall, one line per increment."""
     from damagepred.archive.cautions import wall_cautions
