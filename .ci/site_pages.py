@@ -140,6 +140,7 @@ COMMANDS = {
     "compare": "damagepred.compare",
     "infer": "damagepred.infer",
     "design": "damagepred.search_design",
+    "portfolio": "damagepred.assess_portfolio",
     "fragility": "damagepred.fit_fragility",
     "export": "damagepred.exports",
     "sensitivity": "damagepred.study_sensitivity",

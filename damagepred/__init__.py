@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from damagepred import assembly, damage, exports, plotting, report, scene, study, uq
     from damagepred.analyses.back_analysis import infer
     from damagepred.analyses.design_search import search_design
+    from damagepred.analyses.portfolio import assess_portfolio
     from damagepred.analyses.variance_shares import study_sensitivity
     from damagepred.assembly import NO_LIMITS, Assembly, Limits
     from damagepred.damage import construction_limits
@@ -90,6 +91,7 @@ _HOMES = {
         "study": "Study StudyFunction open_study",
         "analyses.back_analysis": "infer",
         "analyses.design_search": "search_design",
+        "analyses.portfolio": "assess_portfolio",
         "analyses.variance_shares": "study_sensitivity",
         "uq.comparison": "compare",
         "uq.exceedance": "exceedance",

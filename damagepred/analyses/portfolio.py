@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 import time
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -148,9 +149,7 @@ def price_of_portfolio(houses: str | Path, study: str | Path, workers: int, samp
     return f"{len(all_houses)} houses, {walls} walls: about {duration(seconds * walls / workers)}"
 
 
-def read_houses(
-    houses: str | Path, study: str | Path, at: str, samples: int | None
-) -> tuple[NumberTable, list[House]]:
+def read_houses(houses: str | Path, study: str | Path, at: str, samples: int | None) -> tuple[NumberTable, list[House]]:
     """Table of houses, and the study of each."""
     table, study = read_number_table(houses), Path(study)
     base = StudySettings.from_toml(study)
@@ -224,7 +223,7 @@ def _set(tables: Any, path: list[str], value: Any) -> None:
     step, rest = path[0], path[1:]
     if isinstance(tables, list):
         if not step.isdigit() or not 1 <= int(step) <= len(tables):
-            raise InputError(f"the study's list has {len(tables)} entries, which count from 1; '{step}' is none of them.")
+            raise InputError(f"the study's list has {len(tables)} entries, which count from 1, and no entry '{step}'.")
         place: Any = int(step) - 1
     else:
         place = step
@@ -267,9 +266,7 @@ def _movement(ds: xr.Dataset, house: House, measure: str) -> MovementDistributio
     return wanted
 
 
-def _dataset(
-    table: NumberTable, houses: list[House], rows: list[Mapping[str, Any]], confidence: float
-) -> xr.Dataset:
+def _dataset(table: NumberTable, houses: list[House], rows: list[Mapping[str, Any]], confidence: float) -> xr.Dataset:
     each = ("house", "category")
     unit = {"units": "1"}
     columns: dict[str, Any] = {
@@ -305,14 +302,20 @@ def write_portfolio(street: xr.Dataset, path: str | Path, crs: str | None = None
     if path.suffix != ".gpkg":
         frame.to_csv(path, index=False)
         return
-    pair = next((p for p in (PLACES[:2], PLACES[2:]) if p[0] in frame and p[1] in frame), None)
+    import geopandas
+
+    pair = map_columns(frame.columns, path, crs)
+    points = geopandas.points_from_xy(frame[pair[0]], frame[pair[1]])
+    geopandas.GeoDataFrame(frame, geometry=points, crs=crs or "EPSG:4326").to_file(path, driver="GPKG")
+
+
+def map_columns(names: Iterable[str], path: Path, crs: str | None) -> tuple[str, str]:
+    """Columns of the coordinates for a GeoPackage; refused if they, their system or geopandas are missing."""
+    pair = next(((x, y) for x, y in (PLACES[:2], PLACES[2:]) if {x, y} <= set(names)), None)
     if pair is None:
         raise InputError(f"{path}: a GeoPackage needs columns longitude and latitude, or easting and northing.")
     if pair[0] == "easting" and crs is None:
         raise InputError(f"{path}: eastings and northings need their coordinate system, such as --crs EPSG:28354.")
-    try:
-        import geopandas
-    except ImportError:
-        raise InputError(f"{path}: needs geopandas; pip install 'damagepred[map]'.") from None
-    points = geopandas.points_from_xy(frame[pair[0]], frame[pair[1]])
-    geopandas.GeoDataFrame(frame, geometry=points, crs=crs or "EPSG:4326").to_file(path, driver="GPKG")
+    if find_spec("geopandas") is None:
+        raise InputError(f"{path}: needs geopandas; pip install 'damagepred[map]'.")
+    return pair

@@ -269,8 +269,11 @@ def portfolio_command(
     quiet: Quiet = False,
 ) -> None:
     """Assess a street: one row per house in, one row per house out; the same command resumes."""
-    from damagepred.analyses.portfolio import assess_portfolio, price_of_portfolio, write_portfolio
+    from damagepred.analyses.portfolio import assess_portfolio, map_columns, price_of_portfolio, write_portfolio
+    from damagepred.scene.number_table import read_number_table
 
+    if table is not None and table.suffix == ".gpkg":
+        map_columns(read_number_table(houses).names, table, crs)
     terminal.note(price_of_portfolio(houses, file, workers, samples, at))
     with terminal.doing("solving walls") as activity:
 
@@ -286,13 +289,13 @@ def portfolio_command(
             workers=workers,
             on_house=on_house,
         )
-    keep_curves(street, output, plot)
     if table is not None:
         write_portfolio(street, table, crs)
         terminal.note(f"wrote {table}")
+    keep_curves(street, output, plot)
     if json:
         terminal.print_json(street)
-        return
-    terminal.portfolio(street)
+    else:
+        terminal.portfolio(street)
     if street["failed"].any():
         raise typer.Exit(SOME_FAILED)

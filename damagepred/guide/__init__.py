@@ -23,6 +23,7 @@ TOPICS = (
     "control-joints",
     "from-cracks-to-causes",
     "from-probabilities-to-decisions",
+    "a-street",
     "laboratory-tests",
     "large-studies",
     "accuracy",

@@ -1,7 +1,13 @@
 """Pictures: datasets in, axes and files out. The only part of the package that imports matplotlib."""
 
 from damagepred.plotting import _matplotlib  # noqa: F401 - before all others
-from damagepred.plotting.analyses import draw_back_analysis, draw_comparison, draw_design_search, draw_sensitivity
+from damagepred.plotting.analyses import (
+    draw_back_analysis,
+    draw_comparison,
+    draw_design_search,
+    draw_portfolio,
+    draw_sensitivity,
+)
 from damagepred.plotting.cracks import draw_cracks
 from damagepred.plotting.field import draw
 from damagepred.plotting.footing import draw_dpc_opening, draw_footing
@@ -24,6 +30,7 @@ __all__ = [
     "draw_footing",
     "draw_fragility",
     "draw_history",
+    "draw_portfolio",
     "draw_scene",
     "draw_sensitivity",
     "draw_wall",

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from damagepred.analyses.posterior_tables import measures, odds_in_words
 from damagepred.archive.schema import flag_name
 from damagepred.inputs.arguments import checked
-from damagepred.plotting.colours import CURVE_STYLES, OPENING_STYLES, RANK_COLOURS, SHARE_COLOURS
+from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES, OPENING_STYLES, RANK_COLOURS, SHARE_COLOURS
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
@@ -256,6 +256,59 @@ def draw_design_search(search: xr.Dataset, axes: Sequence[Axes] | None = None) -
     lower.set_xlabel(f"change of the {what}, with standard error")
     return [upper, lower]
 
+
+@checked
+def draw_portfolio(street: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the probability of each category for the houses of a portfolio, the most damaged first.
+
+    Parameters
+    ----------
+    street : xarray.Dataset
+        Result of ``damagepred.assess_portfolio``.
+    ax : Axes, optional
+        Axes to draw on; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes; houses with unknown probabilities are left out.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> street = damagepred.assess_portfolio("houses.csv", "house.toml", "street.portfolio")
+    >>> axes = damagepred.plotting.draw_portfolio(street)
+    """
+    require(street, ("probability", "walls"), "a portfolio")
+    probability = street["probability"].transpose("house", "category").values
+    known = np.flatnonzero(np.isfinite(probability).all(axis=1))
+    order = known[np.lexsort(-probability[known].T)]
+    named = len(order) <= MOST_NAMES
+    ax = axes_or_new(ax, 8.0, 1.8 + 0.3 * len(order) if named else 4.0)
+    reached = np.column_stack((probability[order], np.zeros(len(order))))
+    ranks, bars = np.arange(len(order)), ax.barh if named else ax.bar
+    for category in street["category"].values.tolist():
+        start, share = reached[:, category], reached[:, category - 1] - reached[:, category]
+        along = {"left" if named else "bottom": start}
+        bars(ranks, share, 0.8, color=CATEGORY_COLOURS[category], label=f"category {category}", **along)
+    if named:
+        ax.set_yticks(ranks, [verbatim(str(name)) for name in street["house"].values[order]])
+        ax.invert_yaxis()
+        ax.set_xlim(0.0, 1.0)
+        ax.set_xlabel("probability")
+    else:
+        ax.set_ylim(0.0, 1.0)
+        ax.set_ylabel("probability")
+        ax.set_xlabel("houses, the most damaged first")
+    legend_below(ax, ax.get_legend_handles_labels()[0], 4)
+    unknown = street.sizes["house"] - len(order)
+    left = f"; {unknown} with unknown probabilities left out" if unknown else ""
+    set_title(ax, title_of(street, "houses"), f"{len(order)} houses{left}")
+    return ax
+
+
+MOST_NAMES = 40
+"""Houses whose names still fit below the axis."""
 
 _LABEL: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
 """Background of the labels of observed cracks."""

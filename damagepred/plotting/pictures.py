@@ -19,6 +19,7 @@ from damagepred.plotting.analyses import (
     draw_back_analysis,
     draw_comparison,
     draw_design_search,
+    draw_portfolio,
     draw_scales,
     draw_sensitivity,
 )
@@ -195,8 +196,8 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     Parameters
     ----------
     curves : xarray.Dataset
-        Result of ``fit_fragility``, ``fit_surface``, ``compare``, ``infer``, ``search_design``, ``compare_scales`` or
-        ``study_sensitivity``.
+        Result of ``fit_fragility``, ``fit_surface``, ``compare``, ``infer``, ``search_design``, ``assess_portfolio``,
+        ``compare_scales`` or ``study_sensitivity``.
     path : str or Path
         File ending in .png, .pdf or .svg; its folder is made if it does not exist.
 
@@ -230,6 +231,7 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
 _DRAWINGS: dict[str, Callable[[xr.Dataset], Axes | list[Axes]]] = {
     "posterior": draw_back_analysis,
     "extra_cost": draw_design_search,
+    "walls": draw_portfolio,
     "agreement": draw_scales,
     "spearman": draw_sensitivity,
     "difference": draw_comparison,
