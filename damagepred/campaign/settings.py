@@ -158,7 +158,9 @@ class StudySettings:
             raise InputError(f'{file}: {what} names one with scene = "file.toml" at the top, or has tables [scene.*].')
         if not isinstance(scene, str):
             return cls.from_file_tables(tables, Scene.from_file_tables(scene, file.parent, f"{file} [scene]"), file)
-        return cls.from_file_tables(tables, Scene.from_toml(file.parent / scene), file)
+        described_scene = Scene.from_toml(file.parent / scene)
+        SolverOptions.of(described_scene.solver, str(file.parent / scene))  # errors name the file
+        return cls.from_file_tables(tables, described_scene, file)
 
     @classmethod
     def from_file_tables(cls, tables: Mapping[str, Any], scene: Scene, file: Path) -> StudySettings:
