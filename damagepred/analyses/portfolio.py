@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass, replace
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -158,7 +159,7 @@ def read_houses(houses: str | Path, study: str | Path, at: str, samples: int | N
     if "name" not in table.names:
         raise InputError(f"{houses}: has no column 'name'; each house needs its own.")
     column = table.names.index("name")
-    names = table.cells[column].tolist()
+    names = [str(name) for name in table.cells[column]]
     files = [re.sub(r"[^-A-Za-z0-9_.]+", "_", name).casefold() for name in names]
     for line, name, file in zip(table.cells.index, names, files):
         if not name or files.count(file) > 1:
@@ -172,10 +173,11 @@ def read_houses(houses: str | Path, study: str | Path, at: str, samples: int | N
         tables["scene"], folder = read_toml(study.parent / tables["scene"]), (study.parent / tables["scene"]).parent
     places = [table.names.index(name) for name in PLACES if name in table.names]
     coordinates = np.column_stack([table.numbers(k, "1") for k in places]) if places else np.empty((len(names), 0))
-    return table, [
+    all_houses = [
         House(name, *_house(table, k, deepcopy(tables), (study, folder), samples, at), tuple(coordinates[k].tolist()))
         for k, name in enumerate(names)
     ]
+    return table, all_houses
 
 
 def _house(
@@ -185,7 +187,7 @@ def _house(
     source = f"{table.path}, line {table.cells.index[row]}"
     name = ""
     for k, header in enumerate(table.names):
-        cell = table.cells.iloc[row, k]
+        cell = str(table.cells.iloc[row, k])
         if header == "name":
             name = cell
         elif header in QUESTIONS:
@@ -262,7 +264,7 @@ def _movement(ds: xr.Dataset, house: House, measure: str) -> MovementDistributio
     wanted = movement_distribution(house.at, units, f"{house.name}: at")
     if wanted.own and not has_own_ground(ds, measure):
         end = float(own_movements(ds, measure).max(initial=0.0))
-        return movement_distribution(f"{1e3 * end:.6g} mm" if units == "m" else end, units, "at")
+        return movement_distribution(f"{1e3 * end:.6g} mm" if units == "m" else f"{end:.6g}", units, "at")
     return wanted
 
 
@@ -302,8 +304,7 @@ def write_portfolio(street: xr.Dataset, path: str | Path, crs: str | None = None
     if path.suffix != ".gpkg":
         frame.to_csv(path, index=False)
         return
-    import geopandas
-
+    geopandas: Any = import_module("geopandas")
     pair = map_columns(frame.columns, path, crs)
     points = geopandas.points_from_xy(frame[pair[0]], frame[pair[1]])
     geopandas.GeoDataFrame(frame, geometry=points, crs=crs or "EPSG:4326").to_file(path, driver="GPKG")

@@ -286,11 +286,14 @@ def draw_portfolio(street: xr.Dataset, ax: Axes | None = None) -> Axes:
     named = len(order) <= MOST_NAMES
     ax = axes_or_new(ax, 8.0, 1.8 + 0.3 * len(order) if named else 4.0)
     reached = np.column_stack((probability[order], np.zeros(len(order))))
-    ranks, bars = np.arange(len(order)), ax.barh if named else ax.bar
+    ranks = np.arange(len(order))
     for category in street["category"].values.tolist():
         start, share = reached[:, category], reached[:, category - 1] - reached[:, category]
-        along = {"left" if named else "bottom": start}
-        bars(ranks, share, 0.8, color=CATEGORY_COLOURS[category], label=f"category {category}", **along)
+        colour, label = CATEGORY_COLOURS[category], f"category {category}"
+        if named:
+            ax.barh(ranks, share, 0.8, left=start, color=colour, label=label)
+        else:
+            ax.bar(ranks, share, 0.8, bottom=start, color=colour, label=label)
     if named:
         ax.set_yticks(ranks, [verbatim(str(name)) for name in street["house"].values[order]])
         ax.invert_yaxis()
