@@ -121,7 +121,7 @@ def assess_portfolio(
     require_count("workers", workers)
     check_output(out)
     table, all_houses = read_houses(houses, study, at, samples)
-    rows = []
+    rows: list[Mapping[str, Any]] = []
     pool_limit = sample_timeout(None, Campaign(all_houses[0].settings).limits, None)
     # new workers for each house would take longer than its walls
     with SharedPool(workers, pool_limit) as pool:
