@@ -146,7 +146,7 @@ class Movement:
         cubic (PCHIP) runs between the points. In a scene file it may be the name of a CSV or xlsx file. Its columns are
         position from the wall's left end (m, or the unit in its name) and level (up positive). Levels with a unit, such
         as ``level (mm)``, have sign and size: ``kind`` and ``central_deflection`` follow from them, and must not
-        contradict them; ``settlement`` follows where the middle lies on the line through the ends. A third column has
+        contradict them. ``settlement`` follows where the middle lies on the line through the ends. A third column has
         the displacement to the right. Without a unit they are a form, and both must be given.
     table_ends : {"refuse", "cut", "level", "extend"}
         Treatment of a file that does not end at the ends of the wall. ``cut``: points beyond the wall are cut off. The
@@ -165,8 +165,8 @@ class Movement:
     settlement : float or None
         Size of settle, tilt, trough and step (m), not negative; in a table instead of ``central_deflection``.
     settlement_is : {"largest", "range", "relative"} or None
-        Meaning of ``settlement``: ``largest`` displacement of the ground (None), of a trough at its axis; ``range``
-        from the lowest to the highest ground under the wall; largest deviation ``relative`` to the line through the
+        Meaning of ``settlement``. ``largest`` (None): displacement of the ground, of a trough at its axis. ``range``:
+        from the lowest to the highest ground under the wall. ``relative``: largest deviation from the line through the
         ends.
     end : {"left", "right"} or None
         End that settles, or side of a step. None: left.
@@ -178,8 +178,8 @@ class Movement:
     trough_width : float or None
         Distance i of the trough's inflection point from its axis (m). None: half of ``tunnel_depth``.
     tunnel_depth : float or None
-        z_0 of the tunnel's axis below the footing (m): the ground also moves along the wall, by u = v (x - x_axis) /
-        z_0, towards the axis (O'Reilly and New 1982). None: twice ``trough_width``.
+        Depth z_0 of the tunnel's axis below the footing (m). The ground also moves along the wall, by u =
+        v (x - x_axis) / z_0 (O'Reilly and New 1982). None: twice ``trough_width``.
     volume_loss : float or None
         V_l of the tunnel (1), from which ``settlement`` follows: V_l pi D^2 / 4 over sqrt(2 pi) i (Peck 1969).
     tunnel_diameter : float or None
