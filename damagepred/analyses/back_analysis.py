@@ -478,6 +478,7 @@ def _dataset(
             "movement_measure": ("study", [walls.measure for walls in studies]),
             "movement_words": ("study", [walls.shown.words for walls in studies]),
             "movement_units": ("study", [walls.units for walls in studies]),
+            "study_scene": ("study", [str(walls.ds.attrs["scene"]) for walls in studies]),
             "movement_largest": ("study", [walls.largest for walls in studies], unit),
             "study_of_sample": ("sample", np.repeat(np.arange(len(weights)), [len(w) for w in weights])),
             "sample_in_study": ("sample", np.concatenate([np.arange(len(w)) for w in weights])),
@@ -509,6 +510,10 @@ def _dataset(
         ds = ds.assign({name: ("observed", np.array(v), {"units": "m"}) for name, v in zip(names, zip(*places))})
         ways = [">" if crack.wider_than else "<" if crack.narrower_than else "" for crack in local]
         ds = ds.assign(observed_limit=("observed", ways))
+    if seen.level:
+        ends = np.array([(each.x, each.y, each.to_x, each.to_y, each.difference) for each in seen.level]).T
+        parts = ("x", "y", "to_x", "to_y", "difference")
+        ds = ds.assign({f"level_{part}": ("level", v, {"units": "m"}) for part, v in zip(parts, ends)})
     return ds
 
 

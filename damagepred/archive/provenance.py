@@ -38,10 +38,14 @@ TABLE = "environments"
 GIVEN = "scene_given"
 """Attribute with the keys of the user's file; all other values are defaults."""
 
+UNITS = "scene_units"
+"""Attribute with the units that the user wrote, by key, as JSON."""
+
 
 def given_values(places: Collection[str] | None) -> dict[str, str]:
-    """Attribute with the keys that were given (``Scene.given``); empty if unknown."""
-    return {} if places is None else {GIVEN: " ".join(sorted(places))}
+    """Attributes with the keys that were given (``Scene.given``) and their units; empty if unknown."""
+    units = {UNITS: json.dumps(places.units)} if getattr(places, "units", None) else {}  # type: ignore[union-attr]
+    return {} if places is None else {GIVEN: " ".join(sorted(places)), **units}
 
 
 @lru_cache(maxsize=1)

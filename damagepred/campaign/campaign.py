@@ -34,6 +34,7 @@ from damagepred.inputs.arguments import checked
 from damagepred.runtime.numpy_defaults import numpy_defaults
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
+from damagepred.scene.reading import plain
 from damagepred.solvers.options import SolverOptions
 
 MOST_VALUES = 25_000_000
@@ -365,8 +366,9 @@ class Campaign:
                 )
             drawn = requested
             self.write_design(folder, drawn)
-        if drawn != manifest["samples"] or manifest["schema_version"] != SCHEMA_VERSION:
-            folder.write_manifest({**manifest, "samples": drawn})
+        changed = {**manifest, "samples": drawn, **self._head}
+        if changed != manifest or manifest["schema_version"] != SCHEMA_VERSION:
+            folder.write_manifest(changed)
         return drawn, np.concatenate(
             (status, np.full(max(0, drawn - len(status)), SampleStatus.MISSING, dtype=np.int8))
         )
@@ -407,8 +409,14 @@ class Campaign:
             "seed": self.settings.study.seed,
             "sampler": self.settings.study.sampler,
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
+            **self._head,
             **provenance(),
         }
+
+    @property
+    def _head(self) -> dict[str, Any]:
+        """Head of the report for the manifest, the only file of a study that is written again."""
+        return {} if self.settings.report is None else {"report": plain(self.settings.report)}
 
     def write_design(self, folder: StudyFolder, samples: int) -> None:
         """Write the inputs of the first samples to a folder with its frozen study."""

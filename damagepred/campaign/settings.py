@@ -6,6 +6,7 @@ import dataclasses
 import math
 import warnings
 from collections.abc import Collection, Mapping
+from copy import copy
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -21,7 +22,7 @@ from damagepred.formatting import quantity
 from damagepred.inputs.input_files import parse_toml, read_toml
 from damagepred.inputs.text import check_title
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.scene import Scene
+from damagepred.scene import Report, Scene
 from damagepred.scene.described import described
 from damagepred.scene.material_library import material
 from damagepred.scene.plausibility import require_possible
@@ -140,12 +141,15 @@ class StudySettings:
         Uncertain numbers, by key of the scene.
     correlation : dict of str to dict of str to float
         Correlation of pairs of variables.
+    report : Report or None
+        Head of the report, from the study file or its scene. It is no part of the study.
     """
 
     scene: Scene
     study: Sampling = Field(default_factory=Sampling)
     variables: dict[str, Variable] = Field(default_factory=dict)
     correlation: dict[str, dict[str, Pure]] = Field(default_factory=dict)
+    report: Report | None = None
 
     @classmethod
     def from_toml(cls, path: str | Path) -> StudySettings:
@@ -183,6 +187,11 @@ class StudySettings:
             for key in (key for key in _REMOVED if how.get(key)):
                 warnings.warn(f"{source}: [study] {key} has no effect: {_REMOVED[key]}; leave it out", stacklevel=4)
             tables = {**tables, "study": {key: value for key, value in how.items() if key not in _REMOVED}}
+        if isinstance(scene := tables.get("scene"), Scene) and scene.report is not None:
+            scene, of_scene = copy(scene), plain(scene.report)
+            object.__setattr__(scene, "report", None)
+            head = tables.get("report", {})
+            tables = {**tables, "scene": scene, "report": {**of_scene, **head} if isinstance(head, Mapping) else head}
         settings = cls.of_tables(tables, folder, source)
         settings._require_consistent(tables, source)
         return settings

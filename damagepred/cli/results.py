@@ -331,6 +331,12 @@ def plot(
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder for pictures.", callback=output_check())
     ] = Path("pictures"),
+    gif: Annotated[
+        Path | None,
+        typer.Option(
+            "--gif", help="Moving picture of a wall's path instead.", callback=output_check(".gif", new_folder=True)
+        ),
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Draw a solved wall or a study."""
@@ -338,6 +344,16 @@ def plot(
     from damagepred.archive.folder import open_study
 
     ds = open_study(path) if path.is_dir() else read_dataset(path)
+    if gif is not None:
+        from damagepred.errors import InputError
+        from damagepred.plotting import save_animation
+
+        if "sample" in ds.sizes:
+            raise InputError(
+                f"--gif {gif}: goes with one wall; `damagepred replay {path} SAMPLE -o wall.nc` solves one."
+            )
+        say_pictures([save_animation(ds, gif)])
+        return
     if path.is_dir() or "sample" in ds.sizes:  # a study, or one judged again
         from damagepred.plotting import save_study_pictures
 
@@ -378,6 +394,9 @@ def scales_command(
 @app.command()
 def report(
     path: WallOrStudy,
+    measures: Annotated[
+        list[Path] | None, typer.Argument(help="Folders of the same study with measures, to compare.")
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -414,6 +433,7 @@ def report(
             bootstrap=bootstrap,
             at=None if at is None else movement_distribution(at, option="--at"),
             posterior=posterior,
+            measures=measures or [],
             on_step=bar.step,
         )
     terminal.note(f"wrote {place}")

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.formatting import duration
+from damagepred.report.answers import comparison_answer, estimate_answer
 from damagepred.uq.comparison import most_helpful
 from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
 
@@ -116,6 +117,7 @@ def estimate_lines(alternatives: list[Alternative], category: int, at: float | M
         said.append(
             f"epistemic range of the inputs: {min(values):.4g} to {max(values):.4g}, without the Monte Carlo error"
         )
+    said.append(estimate_answer(e, category, f"{1e3 * at:g} mm" if isinstance(at, float) else movement.words))
     return said
 
 
@@ -179,15 +181,7 @@ def comparison_lines(comparison: xr.Dataset, category: int, movement: float) -> 
             f"{name}: {float(study['probability']):.3g}; difference {value:+.3g}, {lower:+.3g} to {upper:+.3g} "
             f"({level}): {clear}; {pairing}"
         )
-    order = most_helpful(comparison, category, movement)
-    sure = [name for name in order if float(chosen["difference_upper"].sel(study=name)) < 0]
-    if not sure:
-        said.append("no measure is sure to lower it")
-    elif sure[0] == order[0]:
-        said.append(f"{sure[0]} lowers it most")
-    else:
-        said.append(f"of the measures that are sure to lower it, {sure[0]} lowers it most")
-    return said
+    return [*said, comparison_answer(comparison, category, movement)]
 
 
 def status_lines(status: StudyStatus) -> list[str]:

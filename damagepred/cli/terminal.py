@@ -518,9 +518,11 @@ def share_rows(report: StudyStatus) -> list[list[str]]:
 def back_analysis(posterior: xr.Dataset) -> None:
     """Print the posterior of causes, movement and future damage, and the discrepancy of the model."""
     from damagepred.analyses.posterior_tables import posterior_tables
+    from damagepred.report.answers import posterior_answer
 
     for shown in posterior_tables(posterior):
         show(shown)
+    say(posterior_answer(posterior))
 
 
 def design_search(search: xr.Dataset) -> None:

@@ -13,9 +13,14 @@ from damagepred.plotting.field import draw
 from damagepred.plotting.footing import draw_dpc_opening, draw_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.history import draw_history
-from damagepred.plotting.pictures import save_fragility_picture, save_study_pictures, save_wall_pictures
+from damagepred.plotting.pictures import (
+    save_animation,
+    save_fragility_picture,
+    save_study_pictures,
+    save_wall_pictures,
+)
 from damagepred.plotting.scene import draw_scene
-from damagepred.plotting.study import draw_category_shares, draw_convergence
+from damagepred.plotting.study import draw_category_shares
 from damagepred.plotting.wall import draw_wall
 
 __all__ = [
@@ -23,7 +28,6 @@ __all__ = [
     "draw_back_analysis",
     "draw_category_shares",
     "draw_comparison",
-    "draw_convergence",
     "draw_cracks",
     "draw_design_search",
     "draw_dpc_opening",
@@ -34,6 +38,7 @@ __all__ = [
     "draw_scene",
     "draw_sensitivity",
     "draw_wall",
+    "save_animation",
     "save_fragility_picture",
     "save_study_pictures",
     "save_wall_pictures",

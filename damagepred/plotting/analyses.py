@@ -8,14 +8,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
 
 from damagepred.analyses.posterior_tables import measures, odds_in_words
 from damagepred.archive.schema import flag_name
+from damagepred.assembly.bond import lay_bricks
 from damagepred.inputs.arguments import checked
 from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES, OPENING_STYLES, RANK_COLOURS, SHARE_COLOURS
+from damagepred.plotting.rig import draw_bricks
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
+    elevation,
     grid,
     label_movement,
     legend_below,
@@ -27,6 +31,7 @@ from damagepred.plotting.sheet import (
     title_of,
     verbatim,
 )
+from damagepred.scene.scene import archived_scene
 from damagepred.uq.capacity import category_number
 from damagepred.uq.intensity import movement_words
 
@@ -374,24 +379,51 @@ def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None
 
 
 def _draw_map(posterior: xr.Dataset, ax: Axes) -> None:
+    """Draw the probability of cracks over the bricks of the most probable cause, observed cracks and levels."""
     cause = posterior.isel(study=int(posterior["cause_posterior"].values.argmax()))
     cracked = cause["crack_probability"]
-    mesh = ax.pcolormesh(cause["map_x"], cause["map_y"], cracked, vmin=0.0, vmax=1.0, cmap="Greys", shading="nearest")
-    ax.figure.colorbar(mesh, ax=ax, label="probability", shrink=0.7)
+    if "study_scene" in cause:  # older results have no wall
+        scene = archived_scene({"scene": cause["study_scene"].item()})
+        bricks = lay_bricks(scene)
+        draw_bricks(
+            ax, [np.array([b.left, b.bottom, b.right, b.top])[[[0, 1], [2, 1], [2, 3], [0, 3]]] for b in bricks]
+        )
+    # transparent at probability 0, over the bricks
+    shades = LinearSegmentedColormap.from_list("cracks", ["#b3152b00", "#b3152bff"])
+    mesh = ax.pcolormesh(
+        cause["map_x"], cause["map_y"], cracked, vmin=0.0, vmax=1.0, cmap=shades, shading="nearest", zorder=2
+    )
+    ax.figure.colorbar(mesh, ax=ax, label="probability of a crack", shrink=0.7)
+    if "study_scene" in cause:  # cells of the map reach beyond the wall
+        ax.axis((0.0, scene.wall.length, 0.0, scene.wall.height))
+    middle, size = np.mean(ax.get_ylim()), small(ax)
+    style: dict[str, Any] = {"ha": "center", "va": "center", "bbox": _LABEL, "fontsize": size, "zorder": 6}
     names = ("observed_x", "observed_y", "observed_width", "observed_limit")
     marks = sorted(zip(*(posterior[name].values.tolist() for name in names if name in posterior)))
-    middle = np.mean(ax.get_ylim())
     for k, (x, y, width, limit) in enumerate(marks):
-        ax.plot(x, y, marker="o" if width else "x", color=OPENING_STYLES[0][0], fillstyle="none", markersize=9)
-        words = f"{limit} {plain_number(width * MM)} mm".strip() if width else "none"
+        ax.plot(x, y, marker="o" if width else "x", color="black", fillstyle="none", markersize=9, zorder=5)
+        words = f"{limit} {plain_number(width * MM)} mm".strip() if width else "no crack"
         # neighbours at different heights, all inside the wall
-        up = 1 if y < middle else -1
-        style: dict[str, Any] = {"ha": "center", "va": "center", "bbox": _LABEL, "fontsize": small(ax)}
-        ax.annotate(words, (x, y), (0, up * (16, 32)[k % 2]), textcoords="offset points", **style)
-    ax.set_aspect("equal")
-    ax.set_xlabel("along the wall (m)")
-    ax.set_ylabel("height (m)")
-    limit, observed = float(cracked.attrs["wider_than"]) * MM, "; marks: observed" if marks else ""
+        ax.annotate(
+            words, (x, y), (0, (1 if y < middle else -1) * (16, 32)[k % 2]), textcoords="offset points", **style
+        )
+    ends = ("x", "y", "to_x", "to_y", "difference") if "level_x" in posterior else ()
+    levels = [posterior[f"level_{end}"].values.tolist() for end in ends]
+    for x, y, to_x, to_y, difference in zip(*levels):
+        ax.plot([x, to_x], [y, to_y], color=OPENING_STYLES[0][0], marker="|", linestyle="--", linewidth=1.2, zorder=4)
+        words = f"{difference * MM:+.3g} mm"
+        ax.annotate(
+            words,
+            (to_x, to_y),
+            (0, 8),
+            textcoords="offset points",
+            color=OPENING_STYLES[0][0],
+            **style | {"ha": "right"},
+        )
+    elevation(ax)
+    limit = float(cracked.attrs["wider_than"]) * MM
+    observed = "; circles: observed widths, crosses: no crack" if marks else ""
+    observed += "; dashed: observed difference of levels" if levels else ""
     set_title(ax, "Crack map", f"{verbatim(str(cause['study'].values))}: cracks wider than {limit:g} mm{observed}")
 
 

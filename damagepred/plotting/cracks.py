@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.growth import DPC_OPENING, DPC_SLIP
 from damagepred.inputs.arguments import checked
 from damagepred.plotting.categories import table_of
-from damagepred.plotting.colours import BRICK_COLOURS, BRICK_EDGE, CATEGORY_COLOURS, DPC_COLOUR, SLIP_COLOUR
+from damagepred.plotting.colours import CATEGORY_COLOURS, DPC_COLOUR, SLIP_COLOUR
 from damagepred.plotting.geometry import corners, footing_blocks, polygons
+from damagepred.plotting.rig import draw_bricks
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
@@ -32,8 +32,8 @@ from damagepred.plotting.sheet import (
     small,
     title_of,
 )
+from damagepred.results.tables import Table, crack_columns
 from damagepred.results.wall_cracks import WallCracks, crack_frame
-from damagepred.uq.intensity import movement_measure
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -83,7 +83,8 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, tra
     profile, cracks = traced.profile(increment), traced.dataset()
     points, block = corners(ds)
     ax = axes_or_new(ax, 10.0, height_to_scale(points, 2.2))
-    _draw_bricks(ax, ds, points, block)
+    below = footing_blocks(ds)[np.unique(block)]
+    draw_bricks(ax, [shape for shape, of_footing in zip(polygons(points, block), below) if not of_footing])
     table = table_of(ds)
     segment = np.stack([profile[f"piece_{axis}_{end}"].values for end in ("start", "end") for axis in "xy"], axis=-1)
     segment = segment.reshape(-1, 2, 2)
@@ -137,16 +138,6 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, tra
     return ax
 
 
-def _draw_bricks(ax: Axes, ds: xr.Dataset, points: FloatArray, block: IntArray) -> None:
-    footing = footing_blocks(ds)
-    shapes = [shape for shape, below in zip(polygons(points, block), footing[np.unique(block)]) if not below]
-    ax.add_collection(
-        PolyCollection(
-            shapes, facecolors=BRICK_COLOURS[3], edgecolors=BRICK_EDGE, linewidths=0.25, zorder=1, label="bricks"
-        )
-    )
-
-
 def widest_of_each_part(frame: pd.DataFrame) -> pd.DataFrame:
     """Rows of the cracks that have a number on the drawing."""
     rank = frame.groupby("crack_part").cumcount()
@@ -187,10 +178,8 @@ def cracks_sheet(ds: xr.Dataset, increment: int = -1) -> Figure:
     """Draw the cracks of a wall over a table of the widest."""
     traced = WallCracks(ds)
     frame = crack_frame(traced.dataset(), increment)
-    began = dict(zip(ds["increment"].values.tolist(), ds[movement_measure(ds)].values.tolist()))
-    rows = [
-        _row(crack, began[int(crack["first_increment"])]) for crack in widest_of_each_part(frame).to_dict("records")
-    ]
+    listed = Table.brief("", crack_columns(widest_of_each_part(frame)))
+    heads, rows = list(listed.columns), [list(row) for row in listed.rows]
     drawing, listing = height_to_scale(corners(ds)[0], 2.2), 0.23 * (len(rows) + 2) + 0.45
     figure = new_figure(10.0, drawing + listing)
     upper, lower = figure.subplots(2, 1, height_ratios=(drawing, listing))
@@ -201,11 +190,11 @@ def cracks_sheet(ds: xr.Dataset, increment: int = -1) -> Figure:
         return figure_of(upper)
     grid = lower.table(
         cellText=rows,
-        colLabels=_COLUMNS,
+        colLabels=heads,
         cellLoc="right",
         loc="upper left",
         edges="horizontal",
-        colWidths=_shares([*rows, _COLUMNS]),
+        colWidths=_shares([*rows, heads]),
     )
     grid.auto_set_font_size(False)
     grid.set_fontsize(small(lower))
@@ -222,34 +211,3 @@ def _shares(rows: Sequence[Sequence[str]]) -> list[float]:
     """Widths of columns in proportion to their longest lines, adding up to 1."""
     letters = [2 + max(len(line) for cell in column for line in cell.split("\n")) for column in zip(*rows)]
     return [count / sum(letters) for count in letters]
-
-
-_COLUMNS = (
-    "crack",
-    "part",
-    "width\n(mm)",
-    "normal to its\nline (mm)",
-    "opening and\nslip (mm)",
-    "length\n(m)",
-    "how it runs",
-    "widest at\nx, y (m)",
-    "began\nat (mm)",
-)
-
-
-def _row(crack: dict[Hashable, Any], began: float) -> list[str]:
-    runs = str(crack["crack_orientation"])
-    runs += f", {crack['crack_inclination']:.0f}°" if runs in ("stepped", "diagonal") else ""
-    branches = int(crack["crack_branches"])
-    runs += f", {branches} branch{'es' if branches > 1 else ''}" if branches else ""
-    return [
-        str(crack["crack"]),
-        str(crack["crack_part"]).replace("_", " "),
-        f"{crack['crack_width'] * MM:.2f}",
-        f"{crack['crack_width_normal'] * MM:.2f}",
-        f"{crack['crack_displacement'] * MM:.2f}",
-        f"{crack['crack_length']:.2f}",
-        runs + (", bricks" if crack["crack_length_through_blocks"] > 0 else ""),
-        f"{crack['crack_x']:.2f}, {crack['crack_y']:.2f}",
-        f"{began * MM:.2f}",
-    ]

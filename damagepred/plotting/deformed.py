@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -12,7 +11,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 
-from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import ContactKind
@@ -34,7 +32,6 @@ from damagepred.plotting.sheet import (
     below,
     elevation,
     height_to_scale,
-    moved_to,
     plain_number,
     require,
     small,
@@ -136,17 +133,6 @@ class Deformed:
         return title_of(self.ds, "wall")
 
     @property
-    def movement(self) -> str:
-        """Movement in words."""
-        deflection = float(self.ds["central_deflection"].values[self.increment]) * MM
-        if is_dynamic(self.ds) or self.datum is not None or "load_force" in self.ds.variables:
-            return moved_to(self.ds, self.increment)
-        if deflection == 0.0:
-            progress = float(self.ds["progress"].values[self.increment]) if "progress" in self.ds.variables else 0.0
-            return f"{plain_number(100 * progress)} % of the movement" if progress else "dead load"
-        return f"{_kind(self.ds)} {deflection:.1f} mm"
-
-    @property
     def scale(self) -> str:
         """Scale of displacements in words."""
         if self.factor in (0.0, 1.0):
@@ -220,12 +206,3 @@ class Deformed:
         ax.plot([left, right], [0.0, 0.0], color="black", transform=under, clip_on=False, **style)
         words = f"displacement of {plain_number(size * MM)} mm"
         ax.text(left - 0.01 * length, 0.0, words, transform=under, ha="right", va="center", fontsize=small(ax))
-
-
-def _kind(ds: xr.Dataset) -> str:
-    """Kind of the movement, from the archived scene."""
-    try:
-        scene = tomllib.loads(str(ds.attrs.get("scene", "")))
-    except tomllib.TOMLDecodeError:
-        return "central deflection"
-    return str(scene.get("movement", {}).get("kind", "central deflection"))

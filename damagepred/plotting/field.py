@@ -34,6 +34,7 @@ from damagepred.plotting.sheet import (
     bar_below,
     grid,
     legend_below,
+    moved_to,
     plain_number,
     set_title,
     shown_unit,
@@ -175,7 +176,7 @@ def _draw_stress(
     bar = bar_below(ax, ScalarMappable(norm, colours), "MPa, tension positive", extend="both", spacing="uniform")
     bar.set_ticks(list(limits[:: 1 + len(limits) // 8]))
     reach = f"{_signed(every.min())} to {_signed(every.max())} MPa"
-    set_title(ax, wall.title, f"{STRESSES[variable]}, at {wall.movement}: {reach}", wall.scale)
+    set_title(ax, wall.title, f"{STRESSES[variable]}, at {moved_to(ds, increment)}: {reach}", wall.scale)
     return ax
 
 
@@ -214,7 +215,7 @@ def _draw_field(ds: xr.Dataset, variable: str, ax: Axes | None, increment: int, 
     _fill(ax, wall, next(d for d in field.dims if d in _PLACES), values, shades)
     wall.draw_outlines(ax)
     wall.finish(ax)
-    moved = f" at {wall.movement}" if "increment" in field.dims else ""
+    moved = f" at {moved_to(ds, increment)}" if "increment" in field.dims else ""
     set_title(ax, wall.title, f"{words}{moved}{reach}", wall.scale)
     return ax
 

@@ -27,7 +27,6 @@ from damagepred.plotting.sheet import (
     say_nothing_to_draw,
     set_title,
     several_or_new,
-    small,
     spread_evenly,
     title_of,
 )
@@ -44,8 +43,7 @@ _NEEDED = (*(f"contact_{name}" for name in ("x", "kind", "interface", "length", 
 def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None, bed: Literal["dpc", "footing"] = "dpc") -> Axes:
     """Draw the opening of the dpc, or of the bed on the footing, along the wall at some increments.
 
-    The stretches that are open by more than the threshold at the last increment are marked with their distance from
-    the nearer end of the wall.
+    The title names the stretches that are open by more than the threshold at the last increment.
 
     Parameters
     ----------
@@ -92,7 +90,8 @@ def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None, bed: Literal["dpc",
         top = max(top, threshold)
     ax.set_ylim(min(-0.03 * top, 1.05 * float(opening.min())), 1.25 * top)
     stretches = [span for piece in pieces for span in open_stretches(x[piece], opening[-1, piece], threshold)]
-    _mark(ax, stretches, threshold, left, right)
+    if ends := [end for stretch in stretches for end in stretch if left < end < right]:
+        ax.plot(ends, [threshold] * len(ends), "o", color="black", markersize=5, zorder=5, label="passed at the end")
     legend_below(ax, ax.get_legend_handles_labels()[0])
     widest = plain_number(float(opening[-1].max()))
     set_title(
@@ -138,32 +137,6 @@ def opening_along(ds: xr.Dataset, kind: int = ContactKind.DPC) -> tuple[FloatArr
     interrupted = np.flatnonzero(left[1:] > right[:-1] + 1e-9) + 1
     pieces = np.split(np.arange(x.size), interrupted * x.shape[1])
     return x.ravel(), opening.reshape(len(opening), -1), pieces
-
-
-def _mark(ax: Axes, stretches: list[tuple[float, float]], threshold: float, left: float, right: float) -> None:
-    """Mark the ends of open stretches; the outermost with their distance from the nearer end of the wall."""
-    ends = sorted(end for stretch in stretches for end in stretch)
-    inner = [end for end in ends if min(end - left, right - end) > 1e-6 * (right - left)]
-    if not inner:
-        return
-    style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5, "color": "black", "zorder": 5}
-    ax.plot(inner, [threshold] * len(inner), label="passed at the last increment", **style)
-    for row, x in enumerate(sorted({inner[0], inner[-1]})):
-        near_left = x - left < right - x
-        distance = x - left if near_left else right - x
-        height = 0.95 - 0.06 * row
-        upright = ax.get_xaxis_transform()
-        ax.plot([x] * 2, [0.0, height], color="black", linewidth=0.8, linestyle=":", zorder=1, transform=upright)
-        ax.annotate(
-            f"{distance:.2f} m from the {'left' if near_left else 'right'} end",
-            (x, height),
-            xycoords=upright,
-            xytext=(5 if near_left else -5, 0),
-            textcoords="offset points",
-            ha="left" if near_left else "right",
-            va="center",
-            fontsize=small(ax),
-        )
 
 
 def _reach(stretches: list[tuple[float, float]], limit: str, left: float) -> str:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter
 
 from damagepred.archive.schema import flag_name
 from damagepred.arrays import FloatArray, IntArray
+from damagepred.damage import construction_limits
 from damagepred.formatting import ratio
 from damagepred.inputs.arguments import checked
 from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES
@@ -50,16 +53,21 @@ _SURFACE = ("probability", "median", "median_lower", "median_upper", "second", "
 
 
 @checked
-def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
+def draw_fragility(
+    curves: xr.Dataset, ax: Axes | None = None, marks: Mapping[str, tuple[float, float]] | None = None
+) -> Axes:
     """Draw fragility curves with their confidence bands, or a fragility surface with the band of its median.
 
     Parameters
     ----------
     curves : xarray.Dataset
         Result of ``damagepred.fit_fragility`` or ``damagepred.fit_surface``. A movement in metres is drawn in mm, one
-        without unit as 1/n; on an axis of the ground's surface movement the site classes are marked.
+        without unit as 1/n. On an axis of the ground's surface movement the site classes are marked, on an axis of the
+        central deflection the limits of codes for the length of the wall.
     ax : Axes, optional
         Axes to draw on; by default on a new figure.
+    marks : mapping of str to (float, float), optional
+        Ranges of the movement (SI) to shade, such as a site's, by their name in the legend.
 
     Returns
     -------
@@ -134,7 +142,7 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
     grid(ax)
     label_intensity(ax, curves, in_metres)
     ax.set_ylabel("probability of the category or worse")
-    legend_below(ax, handles, 1, 0.6, left=True)
+    legend_below(ax, [*handles, *_mark_ranges(ax, marks or {}, scale)], 1, 0.6, left=True)
     set_title(ax, *_title(curves))
     return ax
 
@@ -179,6 +187,31 @@ def _parameters(curve: xr.Dataset, largest: float, scale: float, in_metres: bool
     return f"median {shown}" + (f", dispersion {scatter:.2f}" if np.isfinite(scatter) else "")
 
 
+def _mark_ranges(ax: Axes, marks: Mapping[str, tuple[float, float]], scale: float) -> list[Artist]:
+    """Shade ranges of the movement, a single movement as a line; entries of the legend."""
+    handles: list[Artist] = []
+    for name, (low, high) in marks.items():
+        if high > low:
+            handles.append(ax.axvspan(scale * low, scale * high, color="0.5", alpha=0.18, linewidth=0, label=name))
+        else:
+            handles.append(ax.axvline(scale * low, color="black", linewidth=1.2, zorder=2.5, label=name))
+    return handles
+
+
+def _mark_limits(ax: Axes, span: float) -> None:
+    """Mark the deflections (mm) that a code allows to each construction of a wall of a length (m)."""
+    low, high = ax.get_xlim()
+    last = -np.inf
+    for limit in sorted(construction_limits().values(), key=lambda limit: limit.value(span, span)):
+        at = span * limit.value(span, span) * MM
+        if low < at < high:
+            ax.axvline(at, color="0.45", linewidth=0.8, linestyle=":", zorder=2)
+        if low < at < high and at - last > 0.03 * (high - low):
+            words: dict[str, Any] = {"ha": "right", "va": "top", "rotation": 90, "fontsize": small(ax), "color": "0.35"}
+            ax.text(at, 0.985, f"L/{limit.one_in[0]:.0f}", transform=ax.get_xaxis_transform(), **words)
+            last = at
+
+
 def _mark_site_classes(ax: Axes) -> None:
     """Mark the largest surface movement of each class of sites (AS 2870) on an axis of y_s in mm."""
     low, high = ax.get_xlim()
@@ -213,6 +246,8 @@ def label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
         label_movement(ax, name)
         if name == OF_SITE:
             _mark_site_classes(ax)
+        if curves.attrs.get("intensity_measure") == "central_deflection" and "span" in curves.attrs:
+            _mark_limits(ax, float(curves.attrs["span"]))
         return
     ax.set_xlabel(name)
     largest = ax.get_xlim()[1]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -31,12 +33,19 @@ from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.geometry import has_zones
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.scene import draw_scene
-from damagepred.plotting.sheet import DPI, figure_of, new_figure, set_title, title_of
+from damagepred.plotting.sheet import DPI, figure_of, new_figure, require, set_title, spread_evenly, title_of
 from damagepred.plotting.stress import stress_levels
 from damagepred.plotting.study import draw_category_shares
 from damagepred.plotting.wall import draw_wall
 from damagepred.results.rejudge import shown_gaps
 from damagepred.scene import Scene
+from damagepred.uq.fragility import fit_fragility
+
+MOST_FRAMES, FRAME_DPI, FRAME_TIME = 41, 80, 200
+"""Frames of a moving picture at most, their resolution (dots per inch), and time of each (ms)."""
+
+GOODNESS = 100
+"""Times that walls are made up to judge the fit of the curves of a study's picture."""
 
 
 @checked
@@ -79,7 +88,7 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     if "footing" in shown_gaps(ds):
         sheets["footing_opening.png"] = figure_of(draw_dpc_opening(ds, bed="footing"))
     if ds.sizes.get("opening", 0):
-        sheets["opening_width.png"] = _opening_width(ds)
+        sheets["opening_width.png"] = figure_of(draw(ds, "opening_width_change"))
     if not is_dynamic(ds):
         sheets["cracks.png"] = cracks_sheet(ds)
     sheets["history.png"] = figure_of(draw_history(ds))
@@ -138,22 +147,9 @@ def save_scene_picture(scene: Scene, path: Path) -> Path:
     return _save_all({file.name: figure_of(draw_scene(scene))}, file.parent)[0]
 
 
-def _opening_width(ds: xr.Dataset) -> Figure:
-    if not (ds["contact_kind"].values == ContactKind.DPC).any():
-        return figure_of(draw(ds, "opening_width_change"))
-    figure = new_figure(8.0, 8.0)
-    upper, lower = figure.subplots(2, 1)
-    draw(ds, "opening_width_change", upper)
-    draw(ds, "opening_width_change", lower, against="dpc_opening_max")
-    lower.set_title("", loc="left")
-    if (legend := upper.get_legend()) is not None:
-        legend.remove()
-    return figure
-
-
 @checked
 def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
-    """Draw a study: ``crack_widths.png`` and ``category_shares.png``.
+    """Draw a study: ``fragility.png``, and of paths ``crack_widths.png`` and ``category_shares.png``.
 
     Parameters
     ----------
@@ -179,14 +175,67 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     >>> import damagepred
     >>> files = damagepred.plotting.save_study_pictures(damagepred.open_study("house.dp"), "study")
     >>> [file.name for file in files]
-    ['crack_widths.png', 'category_shares.png']
+    ['fragility.png', 'crack_widths.png', 'category_shares.png']
     """
     check_output(folder)
-    sheets = {
-        "crack_widths.png": figure_of(draw(ds, "crack_width_max")),
-        "category_shares.png": figure_of(draw_category_shares(ds)),
-    }
+    require(ds, ("damage_category", "status"), "a study as `damagepred.open_study` returns it")
+    sheets = {"fragility.png": figure_of(draw_fragility(fit_fragility(ds, goodness=GOODNESS)))}
+    if ds["damage_category"].ndim == 2:
+        sheets["crack_widths.png"] = figure_of(draw(ds, "crack_width_max"))
+        sheets["category_shares.png"] = figure_of(draw_category_shares(ds))
     return _save_all(sheets, folder)
+
+
+@checked
+def save_animation(ds: xr.Dataset, path: str | Path) -> Path:
+    """Draw the path of a wall as a moving picture (GIF), with the exaggeration of its end.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Result of one wall (``damagepred.solve``).
+    path : str or Path
+        File ending in .gif.
+
+    Returns
+    -------
+    Path
+        File written.
+
+    Raises
+    ------
+    StudyError
+        If the file cannot be written.
+    InputError
+        If the name has another ending, or the dataset is not of one wall.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> damagepred.plotting.save_animation(xarray.open_dataset("wall.nc"), "wall.gif").name
+    'wall.gif'
+    """
+    from PIL import Image  # matplotlib requires it
+
+    check_output(file := Path(path), ".gif", new_folder=True)
+    end = draw_wall(ds)
+    figure, factor = figure_of(end), Deformed.of(ds, -1, None).factor
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    box, place, limits = figure.get_tightbbox().padded(0.1), end.get_position(), (*end.get_xlim(), *end.get_ylim())
+    frames = []
+    for step in spread_evenly(ds.sizes["increment"], MOST_FRAMES):
+        figure.clear()
+        ax = draw_wall(ds, figure.add_subplot(), increment=int(step), exaggeration=factor)
+        ax.set_position(place)
+        ax.axis(limits)
+        figure.savefig(stream := BytesIO(), dpi=FRAME_DPI, bbox_inches=box)
+        frames.append(Image.open(stream).convert("RGB"))
+    times = [FRAME_TIME] * (len(frames) - 1) + [10 * FRAME_TIME]
+    how: dict[str, Any] = {"format": "GIF", "save_all": True, "duration": times, "loop": 0}
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(file, lambda p: frames[0].save(p, append_images=frames[1:], **how))
+    return file
 
 
 @checked

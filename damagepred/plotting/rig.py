@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 
-from damagepred.plotting.colours import FOOTING_COLOUR, FOOTING_EDGE, RIG_COLOUR, SOIL_COLOUR
+from damagepred.arrays import FloatArray
+from damagepred.plotting.colours import (
+    BRICK_COLOURS,
+    BRICK_EDGE,
+    FOOTING_COLOUR,
+    FOOTING_EDGE,
+    RIG_COLOUR,
+    SOIL_COLOUR,
+)
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import footing_rise, soil_surface
 from damagepred.plotting.sheet import KN, plain_number, small
@@ -16,6 +25,12 @@ from damagepred.scene import Scene
 
 TRIANGLE, ARROW = 0.018, 0.06
 """Size of a support, and of the arrow of the largest load of a jack, as fractions of the wall's length."""
+
+
+def draw_bricks(ax: Axes, shapes: Sequence[FloatArray]) -> None:
+    """Draw pale bricks (corners in m) as a ground for cracks."""
+    style: dict[str, Any] = {"facecolors": BRICK_COLOURS[3], "edgecolors": BRICK_EDGE, "linewidths": 0.25}
+    ax.add_collection(PolyCollection(list(shapes), zorder=1, label="bricks", **style))
 
 
 def draw_footing_blocks(ax: Axes, wall: Deformed) -> None:

@@ -164,6 +164,8 @@ def moved_to(ds: xr.Dataset, increment: int) -> str:
     if is_dynamic(ds):
         return f"{plain_number(float(ds['time'].values[increment]))} s"
     moved = float(ds[movement_measure(ds)].values[increment])
+    if moved == 0.0 and "progress" in ds.variables and (progress := float(ds["progress"].values[increment])):
+        return f"{plain_number(100 * progress)} % of the movement"  # such as a growth of the bricks
     return f"a {movement_words(ds)} of {plain_number(moved * MM)} mm"
 
 

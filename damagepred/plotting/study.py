@@ -16,21 +16,19 @@ from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
 from damagepred.plotting.categories import highest_of, name_of, not_reached, shade_bands, table_of, width_scale
-from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES, FOOTING_GAP_COLOUR
+from damagepred.plotting.colours import CATEGORY_COLOURS, FOOTING_GAP_COLOUR
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
     grid,
     label_movement,
     legend_below,
-    plain_number,
     require,
     set_title,
     shown_unit,
     title_of,
 )
 from damagepred.uq.capacity import sample_weights
-from damagepred.uq.exceedance import running_probability
 from damagepred.uq.intensity import movement_measure, movement_words
 
 NOT_KNOWN = -1
@@ -245,61 +243,3 @@ def count_walls(ds: xr.Dataset) -> str:
         if (number := int((status == value).sum())) > 0:
             parts.append(f"{number} {word}")
     return ", ".join(parts)
-
-
-@checked
-def draw_convergence(ds: xr.Dataset, at: float, ax: Axes | None = None, confidence: float = 0.9) -> Axes:
-    """Draw the estimated probability of each category at a movement against the number of walls counted.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Study (``damagepred.open_study``) with paths.
-    at : float
-        Movement (m) in the study's measure.
-    ax : Axes, optional
-        Axes to draw on; by default on a new figure.
-    confidence : float
-        Confidence of the bands.
-
-    Raises
-    ------
-    InputError
-        If the dataset is not a study, or no wall of it has been solved.
-
-    Examples
-    --------
-    >>> import damagepred
-    >>> ax = damagepred.plotting.draw_convergence(damagepred.open_study("house.dp"), at=2e-3)
-    >>> ax.get_ylabel()
-    'probability'
-    """
-    require(ds, ("damage_category", "status"), _STUDY)
-    ax = axes_or_new(ax, 9.0, 5.0)
-    most = 0
-    for category in range(1, highest_of(ds) + 1):
-        estimate = running_probability(ds, category, at, confidence=confidence)
-        if not len(estimate.counted):
-            raise InputError("the study has no finished sample yet; run `damagepred study` first.")
-        most = int(estimate.counted[-1])
-        colour = CATEGORY_COLOURS[category % len(CATEGORY_COLOURS)]
-        ax.fill_between(estimate.counted, estimate.lower, estimate.upper, color=colour, alpha=0.15, linewidth=0)
-        style = CURVE_STYLES[(category - 1) % len(CURVE_STYLES)]
-        label = f"{category} {name_of(ds, category)} or worse{'' if estimate.value[-1] > 0 else ': never reached'}"
-        ax.plot(estimate.counted, estimate.value, color=colour, linestyle=style, linewidth=1.8, label=label)
-    ax.set_xlim(min(2, most), max(most, 3))
-    ax.set_xscale("log")
-    marks = [n for n in (2, 3, 5, 10, 20, 50, 100, 200, 500, *(10**k for k in range(3, 8))) if n < 0.75 * most]
-    ax.set_xticks([*marks, most], labels=[str(n) for n in (*marks, most)])
-    ax.minorticks_off()
-    ax.set_ylim(-0.02, 1.02)
-    grid(ax)
-    ax.set_xlabel("walls counted, logarithmic")
-    ax.set_ylabel("probability")
-    legend_below(ax, ax.get_legend_handles_labels()[0], 2)
-    set_title(
-        ax,
-        title_of(ds, "study"),
-        f"estimates at a {movement_words(ds)} of {plain_number(at * MM)} mm; bands: {confidence:.0%} confidence each",
-    )
-    return ax

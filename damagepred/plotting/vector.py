@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import io
-import json
 import re
 from xml.etree import ElementTree as Tree
 
-import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -20,15 +18,12 @@ _LINK = "{http://www.w3.org/1999/xlink}href"
 _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 _NUMBER = re.compile(r"-?\d+\.\d{3,}")
 
-POINTS = 33
-"""Points that state the scale of a vertical axis."""
-
 _UNIT = 2
 """Decimals of a coordinate: a hundredth of a point is finer than any printer."""
 
 
 def svg_of(figure: Figure, prefix: str, label: str, along: Axes | None = None) -> str:
-    """Return a figure as an ``<svg>`` element for a page of HTML.
+    """Figure as an ``<svg>`` element for a page of HTML.
 
     Letters are drawn as outlines, so that it looks the same everywhere. All ids begin with the prefix.
     """
@@ -52,20 +47,15 @@ def svg_of(figure: Figure, prefix: str, label: str, along: Axes | None = None) -
 
 
 def _axes_data(ax: Axes, box: Bbox) -> dict[str, str]:
-    """Attributes of a drawing: place of the axes as shares of its width and height, and scales of the axes."""
+    """Attributes of a drawing: place of the axes as shares of its width, and scale of the horizontal axis."""
     frame = ax.get_window_extent().transformed(figure_of(ax).dpi_scale_trans.inverted())
     low, high = ax.get_xlim()
-    heights = np.linspace(0.0, 1.0, POINTS)
-    values = ax.transData.inverted().transform(ax.transAxes.transform(np.column_stack((0 * heights, heights))))[:, 1]
-    shares = (frame.y0 + heights * frame.height - box.y0) / box.height
-    rows = [[round(float(share), 4), float(f"{value:.4g}")] for share, value in zip(shares, values)]
     return {
         "data-left": f"{(frame.x0 - box.x0) / box.width:.4f}",
         "data-right": f"{(frame.x1 - box.x0) / box.width:.4f}",
         "data-from": f"{low:.6g}",
         "data-to": f"{high:.6g}",
         "data-scale": "log" if ax.get_xscale() == "log" else "linear",
-        **({"data-widths": json.dumps(rows)} if "mm" in ax.get_ylabel() else {}),
     }
 
 

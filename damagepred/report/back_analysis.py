@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
 
 from damagepred.analyses.back_analysis import UNCERTAIN
-from damagepred.analyses.posterior_tables import odds_in_words, posterior_tables
+from damagepred.analyses.posterior_tables import posterior_tables
 from damagepred.analyses.stored_walls import study_name
 from damagepred.archive.files import read_dataset
 from damagepred.errors import InputError, nearest
 from damagepred.formatting import chance
+from damagepred.report.answers import posterior_answer
 from damagepred.report.parts import Part, Section, Text, drawing
-from damagepred.uq.observations import ANOTHER
 
 
 def back_analysis_section(file: Path, study: Path) -> Section:
@@ -29,19 +28,15 @@ def back_analysis_section(file: Path, study: Path) -> Section:
     names, own = [str(name) for name in posterior["study"].values], study_name(study)
     if own not in names:
         raise InputError(f"posterior = {file}: is of {', '.join(names)}, not of {own}." + nearest(own, names))
-    odds = np.append(posterior["posterior_odds"].values, posterior["another_cause_odds"].values)
     intro = (
         f"{posterior.attrs['observations']} observations on the wall, compared with the walls of "
         f"{len(names)} {'study' if len(names) == 1 else 'studies'}: {', '.join(names)}."
     )
-    if np.isfinite(odds).any():
-        best = int(np.nanargmax(odds))
-        intro += f" The likeliest is {[*names, ANOTHER][best]}, odds {odds_in_words(odds[best])}."
-    parts: list[Part] = [Text([], posterior_cautions(posterior)), Text([intro])]
+    parts: list[Part] = [Text([posterior_answer(posterior), intro], posterior_cautions(posterior))]
     parts += posterior_tables(posterior)
     caption = "Distribution of the movement under each cause, given the observations."
     if "crack_probability" in posterior:
-        caption += " Below, under the likeliest cause: probable cracks and observed cracks."
+        caption += " Below, under the likeliest cause: probable cracks, with observed cracks and levels."
     label = "Posterior distribution of the movement, and map of probable cracks"
     parts.append(drawing("posterior", caption, label, draw_back_analysis(posterior)[0]))
     return Section("posterior", "What the observed cracks say", parts)

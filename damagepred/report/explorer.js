@@ -47,18 +47,10 @@
       this.draw();
     }
 
-    // the wall at the movement nearest to one that was clicked on; of several walls, the one nearest in width
-    async go(movement, width) {
-      const nearest = (wall) => {
-        const far = wall.movement.map((value) => Math.abs(value - movement));
-        return far.indexOf(Math.min(...far));
-      };
-      if (this.choice && width !== null) {
-        const off = this.shared.walls.map((wall) => Math.abs(wall.widest[nearest(wall)] - width));
-        const which = off.indexOf(Math.min(...off));
-        if (this.choice.selectedIndex !== which) { this.choice.selectedIndex = which; await this.show(which); }
-      }
-      this.slider.value = nearest(this.wall);
+    // the wall at the movement nearest to one that was clicked on
+    go(movement) {
+      const far = this.wall.movement.map((value) => Math.abs(value - movement));
+      this.slider.value = far.indexOf(Math.min(...far));
       this.draw();
       this.figure.scrollIntoView({ block: "nearest" });
     }
@@ -209,18 +201,11 @@
       picture.style.cursor = "pointer";
       picture.addEventListener("click", (event) => {
         const area = picture.getBoundingClientRect();
-        const across = (event.clientX - area.left) / area.width, up = (area.bottom - event.clientY) / area.height;
-        const share = (across - data.left) / (data.right - data.left);
+        const share = ((event.clientX - area.left) / area.width - data.left) / (data.right - data.left);
         if (share < 0 || share > 1) return;
         const log = data.scale === "log", ends = [Number(data.from), Number(data.to)].map((v) => (log ? Math.log(v) : v));
         const value = ends[0] + share * (ends[1] - ends[0]);
-        const rows = data.widths ? JSON.parse(data.widths) : null;
-        let width = null;
-        if (rows) { // the scale of widths is given by points: share of the height, width
-          const at = rows.findIndex((row) => row[0] >= up);
-          if (at > 0) width = rows[at - 1][1] + (up - rows[at - 1][0]) / (rows[at][0] - rows[at - 1][0]) * (rows[at][1] - rows[at - 1][1]);
-        }
-        explorer.go(log ? Math.exp(value) : value, width);
+        explorer.go(log ? Math.exp(value) : value);
       });
     }
   }

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+import json
+import re
+from collections.abc import Collection, Iterator, Mapping
+from functools import partial
 from typing import Any
 
 import xarray as xr
 
 from damagepred.archive.provenance import GIVEN as GIVEN_PLACES
+from damagepred.archive.provenance import UNITS
 from damagepred.assembly.brick_cracks import bricks_break
 from damagepred.campaign.settings import StudySettings
 from damagepred.formatting import named, number, plain, quantity
@@ -23,7 +27,7 @@ from damagepred.report.sources import (
 )
 from damagepred.results.tables import Table
 from damagepred.scene import Scene
-from damagepred.scene.quantity import to_si
+from damagepred.scene.quantity import to_si, unit_in
 from damagepred.scene.scene import step_names
 from damagepred.uq.variable import Variable
 
@@ -49,10 +53,16 @@ _EXPLICIT = ("damping", "ramp_cycles", "maximum_cycles", "time_step_safety")
 _OF_ZONES = ("cohesion", "friction", "dilation", "tensile_strength", "fracture_energy")
 
 
-def input_section(scene: Scene, settings: StudySettings | None = None, given: Collection[str] | None = None) -> Section:
-    """Return the section of inputs."""
+def input_section(
+    scene: Scene,
+    settings: StudySettings | None = None,
+    given: Collection[str] | None = None,
+    units: Mapping[str, str] | None = None,
+) -> Section:
+    """Section of inputs, in the units that the user wrote."""
     uncertain = set(settings.variables) if settings is not None else set()
-    rows = [row for table, values in _tables(scene) for row in _rows(table, values, uncertain, given, scene.material)]
+    shown = partial(_rows, uncertain=uncertain, given=given, material=scene.material, units=units or {})
+    rows = [row for table, values in _tables(scene) for row in shown(table, values)]
     what = "The wall; what varies from sample to sample is in the next table" if uncertain else "The wall"
     sources = {name for row in rows for name in CONFIDENCE if row[4].endswith(f"({name})")}
     parts: list[Part] = [
@@ -100,6 +110,11 @@ def given_of(ds: xr.Dataset) -> list[str] | None:
     return str(ds.attrs[GIVEN_PLACES]).split() if GIVEN_PLACES in ds.attrs else None
 
 
+def units_of(ds: xr.Dataset) -> dict[str, str]:
+    """Units that the user wrote, by place; older archives have none."""
+    return dict(json.loads(ds.attrs.get(UNITS, "{}")))
+
+
 def unsure(settings: StudySettings) -> list[str]:
     """Variables whose mean or scatter is assumed."""
     doubtful = []
@@ -124,7 +139,7 @@ def _tables(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
             values = {key: value for key, value in values.items() if key not in idle}
         if name == "joint" and "compressive_strength" not in values:
             values = {key: value for key, value in values.items() if key != "cap_shear"}
-        if isinstance(values, dict):
+        if isinstance(values, dict) and name != "report":
             yield name, values
         elif isinstance(values, list):
             for step, item in zip(step_names(values), values):
@@ -132,23 +147,41 @@ def _tables(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _rows(
-    table: str, values: dict[str, Any], uncertain: set[str], given: Collection[str] | None, material: str | None
+    table: str,
+    values: dict[str, Any],
+    uncertain: set[str],
+    given: Collection[str] | None,
+    material: str | None,
+    units: Mapping[str, str],
 ) -> Iterator[list[str]]:
     kind, _, which = table.partition(".")
     head = f"{HEADS.get(kind, named(kind))} {which}".strip()
     for key, value in values.items():
         place = f"{table}.{key}"
         if isinstance(value, dict):
-            for row in _rows(place, value, uncertain, given, material):
+            for row in _rows(place, value, uncertain, given, material, units):
                 yield [head if not row[0] else row[0], f"{named(key)}: {row[1]}", *row[2:]]
             continue
         if isinstance(value, int | float) and not isinstance(value, bool) and Scene.takes_number(place):
-            shown, unit = quantity(float(value), Scene.unit_of(place))
+            shown, unit = _in_unit(float(value), Scene.unit_of(place), units.get(place, ""))
         else:
             shown, unit = plain(value), ""
         origin = source_of_value(table, key, value, given, material)
         source = Source("varies, see below") if place in uncertain else origin
         yield [head, named(key), shown, unit, str(source)]
+
+
+def _in_unit(value: float, unit: str, written: str) -> tuple[str, str]:
+    """Number in SI with the unit that the user wrote, otherwise with the unit of engineers."""
+    try:
+        return (number(value / to_si(f"1 {written}", unit)), _pretty(written)) if written else quantity(value, unit)
+    except ValueError:  # such as the line load of a roof
+        return quantity(value, unit)
+
+
+def _pretty(unit: str) -> str:
+    """Unit with raised powers."""
+    return re.sub(r"(?<=[^\W\d_])\*{0,2}([23])\b", lambda power: "²³"[int(power[1]) - 2], unit)
 
 
 def _variable_row(place: str, variable: Variable) -> list[str]:
@@ -168,12 +201,11 @@ def _variable_row(place: str, variable: Variable) -> list[str]:
 
 
 def _scale_of(variable: Variable, unit: str) -> tuple[float, str]:
-    """Return the unit that suits a variable's values, and its size in SI."""
-    given = next(
-        (getattr(variable, n) for n in ("mean", "median", "upper", "scale", "std") if getattr(variable, n)), None
-    )
-    if given is None:
-        given = next(iter(variable.values), 1.0)
+    """Size in SI and name of the unit of a variable's values: as written, otherwise the one that suits them."""
+    stated = (getattr(variable, name) for name in ("mean", "median", "upper", "scale", "std"))
+    given = next(filter(None, stated), next(iter(variable.values), 1.0))
+    if written := unit_in(given):
+        return to_si(f"1 {written}", unit), _pretty(written)
     value = to_si(given, unit)
     text, shown = quantity(value, unit, 12)
     number_ = float(text.replace("−", "-"))
@@ -181,7 +213,7 @@ def _scale_of(variable: Variable, unit: str) -> tuple[float, str]:
 
 
 def _words(variable: Variable, unit: str, scale: float) -> str:
-    """Return a distribution with its parameters in the shown unit."""
+    """Distribution with its parameters in the shown unit."""
     with_unit = ((n, getattr(variable, n)) for n in ("mean", "median", "std", "lower", "upper", "scale"))
     pure = ((n, getattr(variable, n)) for n in ("cov", "dispersion", "shape", "alpha", "beta"))
     parameters = [

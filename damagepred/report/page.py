@@ -12,6 +12,16 @@ from damagepred.report.parts import Drawing, Page
 _CODE = re.compile(r"`([^`]+)`")
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:mm|m|kN|N|GPa|MPa|kPa|Pa|s|min|h|%)\b)")
 
+_FADE = """\
+"use strict";
+// parts that are wider than the screen fade out at the edge beyond which they go on
+for (const part of document.querySelectorAll(".scroll")) {
+  const fade = () => part.classList.toggle("more", part.scrollLeft + part.clientWidth < part.scrollWidth - 2);
+  part.addEventListener("scroll", fade, { passive: true });
+  new ResizeObserver(fade).observe(part);
+}
+"""
+
 
 def page_html(page: Page) -> str:
     """Report as one page of HTML, with styles, drawings and script inside.
@@ -27,8 +37,9 @@ def page_html(page: Page) -> str:
     >>> "<h1>a house</h1>" in page_html(Page("a house", "nothing yet", [], "At 8 mm:", [], [], []))
     True
     """
-    moves = any(isinstance(part, Drawing) and part.walls for section in page.sections for part in section.parts)
-    return str(_template().render(page=page, style=_file("page.css"), script=_file("explorer.js") if moves else ""))
+    parts = [*page.first, *(part for section in page.sections for part in section.parts)]
+    script = [_FADE, _file("explorer.js") if any(isinstance(part, Drawing) and part.walls for part in parts) else ""]
+    return str(_template().render(page=page, style=_file("page.css"), script="".join(script))).lstrip()
 
 
 @lru_cache(maxsize=1)

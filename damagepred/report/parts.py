@@ -25,23 +25,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure.
-
-    Attributes
-    ----------
-    name : str
-        One word, the prefix of its ids.
-    caption : str
-        Below it.
-    label : str
-        What it shows, for those who do not see it.
-    svg : str
-        The drawing.
-    walls : str
-        Walls that a reader can move in its place, as ``damagepred.report.explorer`` packs them; empty: none.
-    choices : sequence of str
-        Names of the walls, if there are several.
-    """
+    """Figure: prefix of its ids, caption, label for readers who do not see it, drawing; walls for the slider."""
 
     name: str
     caption: str
@@ -68,17 +52,7 @@ Part = Text | Table | Drawing | Listing
 
 @dataclass
 class Section:
-    """A chapter of a page.
-
-    Attributes
-    ----------
-    name : str
-        One word, its anchor.
-    title : str
-        Heading.
-    parts : list of Part
-        Parts or sections in order.
-    """
+    """Chapter of a page: anchor, heading, parts in order."""
 
     name: str
     title: str
@@ -87,23 +61,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """A whole report.
-
-    Attributes
-    ----------
-    title, subtitle : str
-        Of what, and what kind of report.
-    warnings : sequence of str
-        Unfinished or failed parts, to be read first.
-    question : str
-        What the answers are for, such as a movement.
-    answers : sequence of str
-        The results in short sentences.
-    facts : sequence of (str, str)
-        What they are of, in brief.
-    sections : sequence of Section
-        Parts or sections in order.
-    """
+    """Report: head for the file, warnings, answers to a question, facts, first parts, sections, appendix."""
 
     title: str
     subtitle: str
@@ -112,6 +70,9 @@ class Page:
     answers: Sequence[str]
     facts: Sequence[tuple[str, str]]
     sections: Sequence[Section]
+    head: Mapping[str, str] = field(default_factory=dict)
+    first: Sequence[Part] = ()
+    appendix: Sequence[Section] = ()
 
 
 def drawing(
@@ -123,11 +84,13 @@ def drawing(
     walls: Mapping[str, xr.Dataset] | None = None,
     along: Literal["", "movement"] = "",
 ) -> Drawing:
-    """Make the figure that axes stand on part of a page."""
+    """Figure of some axes as part of a page, where the caption replaces the titles."""
     from damagepred.plotting.sheet import figure_of
     from damagepred.plotting.vector import svg_of
     from damagepred.report.explorer import explorer
 
+    for each in figure_of(ax).axes:
+        each.set_title("", loc="left")
     svg = svg_of(figure_of(ax), name, label, ax if along else None)
     if not walls:
         return Drawing(name, caption, label, svg)

@@ -9,10 +9,10 @@ from damagepred.archive.schema import category_label
 from damagepred.diagnostics import Residuals, described
 from damagepred.enumerations import SOLVED
 from damagepred.formatting import chance, length, number, with_band
-from damagepred.report.parts import Part, drawing
+from damagepred.report.parts import Part
 from damagepred.results.tables import Table, energy_rows, energy_shares, known, quality_rows
 from damagepred.uq.capacity import highest_category
-from damagepred.uq.exceedance import category_capacities, estimate_exceedance, exceedance
+from damagepred.uq.exceedance import exceedance
 from damagepred.uq.intensity import movement_measure, movement_words
 
 
@@ -49,36 +49,19 @@ def study_quality(ds: xr.Dataset) -> list[Part]:
 
 
 def monte_carlo(ds: xr.Dataset, moved: float, confidence: float = 0.9) -> list[Part]:
-    """Confidence and convergence of the shares of walls."""
-    from damagepred.plotting import draw_convergence
-
-    measure, telling = movement_words(ds), telling_movement(ds, moved)
-    rows = []
-    for movement in dict.fromkeys((telling, moved)):
-        for category, name in categories(ds):
-            estimated = exceedance(ds, category, movement, confidence=confidence)
-            e = estimated.estimate
-            value = with_band(chance(e.value), chance(e.lower), chance(e.upper))
-            bounds = (
-                f"{chance(estimated.failed_undamaged)} to {chance(estimated.failed_damaged)}"
-                if estimated.failed
-                else "–"
-            )
-            rows.append(
-                [
-                    length(movement),
-                    name.replace(" ", "\u00a0"),
-                    value,
-                    number(e.error, 2),
-                    str(e.samples),
-                    number(e.effective_samples, 3),
-                    bounds,
-                ]
-            )
+    """Probabilities with their Monte Carlo error."""
+    measure, rows = movement_words(ds), []
+    for category, name in categories(ds):
+        estimated = exceedance(ds, category, moved, confidence=confidence)
+        e, bounds = estimated.estimate, "–"
+        if estimated.failed:
+            bounds = f"{chance(estimated.failed_undamaged)} to {chance(estimated.failed_damaged)}"
+        value = with_band(chance(e.value), chance(e.lower), chance(e.upper))
+        counts = [str(e.samples), number(e.effective_samples, 3)]
+        rows.append([name.replace(" ", "\u00a0"), value, number(e.error, 2), *counts, bounds])
     table = Table(
-        f"Probability of each category or worse at a {measure}, and its Monte Carlo error",
+        f"Probability of each category or worse at a {measure} of {length(moved)}, and its Monte Carlo error",
         [
-            measure,
             "category",
             f"probability ({confidence:.0%} interval)",
             "standard error",
@@ -87,33 +70,11 @@ def monte_carlo(ds: xr.Dataset, moved: float, confidence: float = 0.9) -> list[P
             "failed walls counted",
         ],
         rows,
-        words=(1,),
-        note="At the movement where the share of damaged walls is least certain, and at the largest to which all walls "
-        "were moved. The error comes from the number of walls; errors of the model are not in it. "
+        words=(0,),
+        note="The error of the number of walls; errors of the model add to it. "
         "“Failed walls counted”: if none of them had reached the category, and if all had.",
     )
-    figure = drawing(
-        "convergence",
-        f"How the probabilities at {length(telling)} settled as walls were added, with {confidence:.0%} intervals of "
-        "that many walls.",
-        "Estimated probability of each category against the number of walls counted, with confidence bands that narrow",
-        draw_convergence(ds, telling, confidence=confidence),
-    )
-    return [table, figure]
-
-
-def telling_movement(ds: xr.Dataset, moved: float, points: int = 60) -> float:
-    """Movement (m) up to ``moved`` at which it is least sure in which category a wall is, to two figures."""
-    grid = np.linspace(0.0, moved, points + 1)[1:]
-    unsure = np.zeros(points)
-    for category, _ in categories(ds):
-        capacities = category_capacities(ds, category)
-        if len(capacities.lower):
-            share = np.array([estimate_exceedance(capacities, at).estimate.value for at in grid])
-            unsure += share * (1 - share)
-    if not unsure.any():
-        return moved
-    return min(float(f"{grid[np.argmax(unsure)]:.2g}"), moved)
+    return [table]
 
 
 def categories(ds: xr.Dataset) -> list[tuple[int, str]]:

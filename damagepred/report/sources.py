@@ -32,15 +32,7 @@ _PHYSICAL = (*_MATERIALS, "head_joint", "soil", "mound", "loads")
 
 
 class Source(NamedTuple):
-    """Source of a value, and its level of confidence.
-
-    Attributes
-    ----------
-    name : str
-        Name of the source.
-    confidence : str
-        One of ``data_files.CONFIDENCE``, or empty where it is not known.
-    """
+    """Source of a value, and its level of confidence (``data_files.CONFIDENCE``), empty if unknown."""
 
     name: str
     confidence: str = ""

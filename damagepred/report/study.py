@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,9 +20,10 @@ from damagepred.errors import DamagepredError, InputError
 from damagepred.formatting import duration, named, number
 from damagepred.report.back_analysis import back_analysis_section
 from damagepred.report.caveats import study_caveats
+from damagepred.report.comparison import comparison_parts
 from damagepred.report.cracks import crack_parts
-from damagepred.report.inputs import HEADS, given_of, input_section
-from damagepred.report.limits import limit_measure, study_limits
+from damagepred.report.inputs import given_of, input_section, place_in_words, units_of
+from damagepred.report.limits import study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Text, drawing
 from damagepred.report.quality import common_movement, monte_carlo, study_quality
 from damagepred.report.summary import answers, asked_movement, influences, study_summary
@@ -31,6 +32,7 @@ from damagepred.report.wall import wall_drawing
 from damagepred.results.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words
 from damagepred.results.tables import Table, curve_columns, worst_category_columns
 from damagepred.results.year_tables import year_columns
+from damagepred.uq.exceedance import own_movements
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.options import DEFAULT
 from damagepred.uq.intensity import movement_words
@@ -58,9 +60,10 @@ def study_page(
     bootstrap: int = 1000,
     at: float | str | MovementDistribution | None = None,
     posterior: Path | None = None,
+    measures: Sequence[Path] = (),
     on_step: Callable[[Step], None] | None = None,
 ) -> Page:
-    """Return the report of a study, finished or not."""
+    """Report of a study, finished or not, with a comparison if there are studies of measures."""
     ds = folder.results()
     settings = read_frozen(folder.study_text())
     inferred = [] if posterior is None else [back_analysis_section(posterior, folder.path)]
@@ -70,56 +73,55 @@ def study_page(
     question, found = answers(ds, wanted, confidence)
     asked = None if at is None or wanted.own else float(np.median(wanted.points))
     influence, influences_section = influences(ds, found, confidence, wanted.own)
-    curves = _fitted(ds, None, confidence, bootstrap)
+    curves = _fitted(ds, confidence, bootstrap)
     moved = common_movement(ds)
     paths = ds["damage_category"].ndim == 2
     if paths:
-        certainty = monte_carlo(ds, moved, confidence)
+        at_error = moved if asked is None else min(asked, moved)
+        certainty = monte_carlo(ds, at_error, confidence)
+        wall, cracks = _typical(folder, ds, replay, on_step, asked)
     else:
-        certainty = [
-            Text(["The study keeps the end of each wall's movement alone: the error of its curves is their band."])
-        ]
-    sections = [
-        input_section(settings.scene, settings, given_of(ds)),
-        Section("run", "What was run", _run_parts(folder, ds, settings, written)),
-        Section("quality", "Quality of the solutions, and number of walls needed", study_quality(ds) + certainty),
-        Section("damage", "Damage", _damage(folder, ds, replay, on_step, asked) if paths else [_no_paths()]),
-        Section("fragility", "How likely is each damage category", _fragility(curves)),
-        *inferred,
-        *([] if influences_section is None else [influences_section]),
-        *filter(None, [None if "load_force" in ds else _at_limits(ds, curves, confidence, bootstrap)]),
-        study_caveats(ds, curves, settings, moved),
-        Section(
-            "files",
-            "The study in full",
-            [Listing("Study file with its scene, complete with defaults", folder.study_text().strip())],
-        ),
-    ]
+        certainty = [Text(["The study has only the end of each wall's movement: its curves' error is their band."])]
+        wall, cracks = [], [_NO_PATHS]
     return Page(
         title=str(ds.attrs.get("title", "study")),
-        subtitle="How likely is each damage category of a wall? A Monte Carlo study",
+        subtitle=f"How likely is each damage category of a wall? A Monte Carlo study, {written[:10]}",
         warnings=_warnings(folder, ds),
         question=question,
         answers=[*study_summary(ds, found), *([influence] if influence else [])],
-        facts=_facts(ds, curves, settings),
-        sections=sections,
+        facts=_facts(ds, settings),
+        head=folder.manifest().get("report") or {},
+        first=[
+            *wall,
+            _curves_drawing(curves, ds, wanted),
+            *comparison_parts(folder.path, ds, measures, wanted, found, confidence),
+        ],
+        sections=[
+            Section("damage", "Damage", [*(_damage(ds) if paths else []), *cracks]),
+            Section("fragility", "The curves", [_curves_table(curves)]),
+            *inferred,
+            *filter(None, [influences_section]),
+            *filter(None, [None if "load_force" in ds else study_limits(ds, confidence)]),
+            study_caveats(ds, curves, settings, moved),
+        ],
+        appendix=[
+            input_section(settings.scene, settings, given_of(ds), units_of(ds)),
+            Section("run", "What was run", _run_parts(folder, ds, settings, written)),
+            Section("quality", "Quality of the solutions, and Monte Carlo error", study_quality(ds) + certainty),
+            Section(
+                "files",
+                "The study in full",
+                [Listing("Study file with its scene, complete with defaults", folder.study_text().strip())],
+            ),
+        ],
     )
 
 
-def _at_limits(ds: xr.Dataset, curves: xr.Dataset, confidence: float, bootstrap: int) -> Section | None:
-    """Section on the design deflections of a code."""
-    if curves.attrs["intensity_measure"] != (measure := limit_measure(ds)):
-        curves = _fitted(ds, measure, confidence, bootstrap)
-    deflected = common_movement(ds.drop_vars(["surface_movement", "settlement"], errors="ignore"))
-    return study_limits(ds, curves, deflected, confidence)
-
-
-def _fitted(ds: xr.Dataset, intensity: str | None, confidence: float, bootstrap: int) -> xr.Dataset:
+def _fitted(ds: xr.Dataset, confidence: float, bootstrap: int) -> xr.Dataset:
     """Return curves fitted each for itself, or with one dispersion if they cross."""
     fit = partial(
         fit_fragility,
         ds,
-        intensity=intensity,
         confidence=confidence,
         bootstrap=bootstrap,
         goodness=min(GOODNESS, bootstrap),
@@ -149,20 +151,13 @@ def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:
     return said
 
 
-def _facts(ds: xr.Dataset, curves: xr.Dataset, settings: StudySettings) -> list[tuple[str, str]]:
+def _facts(ds: xr.Dataset, settings: StudySettings) -> list[tuple[str, str]]:
     status = ds["status"].values
     solved = int(np.isin(status, SOLVED).sum())
-    tables = dict.fromkeys(place.partition(".")[0] for place in settings.variables)
-    others = [HEADS.get(table, named(table)).lower() for table in tables]
-    varied = f", each with other {' and '.join(filter(None, [', '.join(others[:-1]), others[-1]]))}" if others else ""
-    facts = [("Walls", f"{solved} solved of {len(status)}{varied}")]
-    category, median, _, counts = curve_columns(curves)[:4]
-    for label, value, count in zip(category.cells, median.cells, counts.cells):
-        text = f"reached by {count} walls"
-        if value != "–":
-            text += f"; {median.name.partition(',')[0]} {' '.join(value.split())} {median.unit}".rstrip()
-        facts.append((f"Category {label}", text))
-    return facts
+    places = [*settings.variables, *settings.study.table_columns]
+    others = [place_in_words(place) for place in places]
+    varied = f"; uncertain: {', '.join(others)}" if others else ""
+    return [("Walls", f"{solved} solved of {len(status)}{varied}")]
 
 
 def _run_parts(folder: StudyFolder, ds: xr.Dataset, settings: StudySettings, written: str) -> list[Part]:
@@ -218,9 +213,8 @@ def _followed(settings: StudySettings) -> str:
     return f"category {settings.last_category if stop is None else stop}, or the end of its movement"
 
 
-def _damage(
-    folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable[[Step], None] | None, at: float | None
-) -> list[Part]:
+def _damage(ds: xr.Dataset) -> list[Part]:
+    """Shares of the categories, widths of all walls, and walls by the worst category."""
     from damagepred.plotting import draw, draw_category_shares
 
     widths = draw(ds, "crack_width_max")
@@ -242,41 +236,40 @@ def _damage(
             widths,
             along="movement",
         ),
+        _measures(ds),
     ]
-    parts.append(_measures(ds))
     if "time" in ds and ds["damage_category"].ndim == 2:
         note = "With 90 % intervals. So far: by the worst category until then; now: cracks may have closed again."
         parts.append(Table.of("Probability of damage by year", year_columns(ds), note))
+    return parts
+
+
+def _typical(
+    folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable[[Step], None] | None, at: float | None
+) -> tuple[list[Part], list[Part]]:
+    """Drawing of a typical wall, and its cracks."""
     chosen = typical_and_worst(ds, at)
     if chosen is None:
-        return parts
-    commands = [
-        f"damagepred replay {folder.path.name} {chosen.typical} -o typical.nc --plot typical",
-        f"damagepred replay {folder.path.name} {chosen.worst} -o worst.nc --plot worst",
-    ]
+        return [], []
     said = (
         f"Typical is sample {chosen.typical}, {chosen.why_typical}; the worst is sample {chosen.worst}, "
-        f"{chosen.why_worst}."
+        f"{chosen.why_worst}. `damagepred replay {folder.path.name} {chosen.worst} -o worst.nc --plot worst` solves it "
+        "again, with all its fields and pictures."
     )
-    if replay:
-        from damagepred.campaign.replay import replay as solve_again
+    if not replay:
+        return [], [Text([said])]
+    from damagepred.campaign.replay import replay as solve_again
 
-        try:
-            wall, comparison = solve_again(folder.path, chosen.typical, on_step)
-        except DamagepredError as error:
-            parts.append(Text([f"The typical wall could not be solved again: {error}"]))
-        else:
-            walls = {f"typical, sample {chosen.typical}": wall}
-            if chosen.worst != chosen.typical:
-                with contextlib.suppress(DamagepredError):  # the page has no such drawing
-                    walls[f"worst, sample {chosen.worst}"] = solve_again(folder.path, chosen.worst, on_step)[0]
-            parts.append(wall_drawing(wall, "typical", f"A typical wall, sample {chosen.typical}. ", walls))
-            parts.append(Text([f"{said} {_solved_again(comparison)}"]))
-            parts += crack_parts(wall)
-    else:
-        parts.append(Text([said]))
-    parts.append(Listing("Both walls with all their fields and pictures", "\n".join(commands)))
-    return parts
+    try:
+        wall, comparison = solve_again(folder.path, chosen.typical, on_step)
+    except DamagepredError as error:
+        return [], [Text([said, f"The typical wall could not be solved again: {error}"])]
+    walls = {f"typical, sample {chosen.typical}": wall}
+    if chosen.worst != chosen.typical:
+        with contextlib.suppress(DamagepredError):  # the page has no such drawing
+            walls[f"worst, sample {chosen.worst}"] = solve_again(folder.path, chosen.worst, on_step)[0]
+    figure = wall_drawing(wall, "typical", f"A typical wall, sample {chosen.typical}. ", walls)
+    return [figure], [Text([f"{said} {_solved_again(comparison)}"]), *crack_parts(wall)]
 
 
 def _measures(ds: xr.Dataset) -> Table:
@@ -301,29 +294,33 @@ def _solved_again(comparison: str) -> str:
     return f"Solved again for this report, the typical wall {comparison}"
 
 
-def _no_paths() -> Text:
-    return Text(
-        [
-            "The study keeps the end of each wall's movement alone ([study] movement = “sampled”): there are "
-            "no paths to "
-            "draw."
-        ]
-    )
+_NO_PATHS = Text(
+    ["The study has only the end of each wall's movement ([study] movement = “sampled”): there are no paths to draw."]
+)
 
 
-def _fragility(curves: xr.Dataset) -> list[Part]:
+def _curves_drawing(curves: xr.Dataset, ds: xr.Dataset, at: MovementDistribution) -> Part:
+    """Fragility curves with the movement of the answers, code limits and site classes."""
     from damagepred.plotting import draw_fragility
 
-    confidence = float(curves.attrs["confidence"])
-    measure = movement_words(curves)
-    figure = drawing(
-        "fragility",
+    confidence, measure = float(curves.attrs["confidence"]), movement_words(curves)
+    ends = own_movements(ds, str(curves.attrs["intensity_measure"])) if at.own else np.asarray(at.points)
+    name = "each wall's own movement" if at.own else f"the answer above: {at.name}"
+    marks = {name: (float(ends.min()), float(ends.max()))} if ends.size else {}
+    caption = (
         f"Probability of each category or worse against the {measure}: lognormal curves with {confidence:.0%} bands, "
-        "and the shares of walls at the increments as steps.",
+        "and the shares of walls at the increments."
+    )
+    return drawing(
+        "fragility",
+        caption,
         f"Fragility curves of the damage categories against the {measure}, with confidence bands",
-        draw_fragility(curves),
+        draw_fragility(curves, marks=marks),
         along="movement",
     )
+
+
+def _curves_table(curves: xr.Dataset) -> Table:
     note = (
         "Lognormal capacities, fitted by maximum likelihood to the intervals between increments in which each wall "
         "reached the category; a wall that did not reach it counts as not yet damaged at its last movement (censored). "
@@ -334,4 +331,4 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
     )
     if str(curves.attrs["model"]) == "common":
         note += " Fitted each for itself, curves would cross; these have one dispersion for all."
-    return [figure, Table.of("The curves", curve_columns(curves), note)]
+    return Table.of("The curves", curve_columns(curves), note)

@@ -10,7 +10,8 @@ import xarray as xr
 from damagepred.analyses.variance_shares import study_sensitivity
 from damagepred.archive.schema import category_label
 from damagepred.errors import InputError
-from damagepred.formatting import chance, length, number, ratio
+from damagepred.formatting import length, number, ratio
+from damagepred.report.answers import in_words
 from damagepred.report.inputs import place_in_words
 from damagepred.report.parts import Part, Section, Text
 from damagepred.report.quality import categories
@@ -67,7 +68,7 @@ def answers(
 def study_summary(ds: xr.Dataset, estimates: Mapping[int, Estimate]) -> list[str]:
     """One sentence per category, from the estimates of ``answers``."""
     return [
-        f"Category {_with_name(name)} or worse: {_in_words(estimates[category])}." for category, name in categories(ds)
+        f"Category {_with_name(name)} or worse: {in_words(estimates[category])}." for category, name in categories(ds)
     ]
 
 
@@ -87,18 +88,10 @@ def _with_name(label: str) -> str:
     return f"{category} ({name})" if name else category
 
 
-def _in_words(estimate: Estimate) -> str:
-    if np.isnan(estimate.value):
-        return "unknown, no wall was followed as far"
-    interval = f"{estimate.confidence:.0%} interval {chance(estimate.lower)} to {chance(estimate.upper)}"
-    share = 100 * estimate.value
-    if share in (0, 100):
-        of = f"{'all' if share else 'none'} of these walls"
-    elif share < 1:
-        of = "fewer than 1 wall in 100"
-    else:
-        of = f"about {share:.0f} wall{'s' if round(share) != 1 else ''} in 100"
-    return f"probability {chance(estimate.value)} ({interval}), {of}"
+def doubtful_category(estimates: Mapping[int, Estimate]) -> int | None:
+    """Category whose probability is nearest to a half, or None."""
+    doubt = {category: abs(one.value - 0.5) for category, one in estimates.items() if np.isfinite(one.value)}
+    return min(doubt, key=lambda c: doubt[c], default=None)
 
 
 def influences(
@@ -109,10 +102,8 @@ def influences(
     The category is the one whose probability is nearest to a half. Where each wall ends at its own movement
     (``own_ground``), the sentence is about damage there; the table of the movement at which it comes stands beside it.
     """
-    doubt = {category: abs(one.value - 0.5) for category, one in estimates.items() if np.isfinite(one.value)}
-    if not doubt:
+    if (category := doubtful_category(estimates)) is None:
         return "", None
-    category = min(doubt, key=lambda c: doubt[c])
     label, said = _with_name(category_label(ds, category)), []
     tables: list[Part] = []
     for on_own in (True, False) if own_ground else (False,):

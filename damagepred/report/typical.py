@@ -14,15 +14,7 @@ from damagepred.uq.intensity import intensity_values, movement_measure, movement
 
 
 class Chosen(NamedTuple):
-    """Two walls of a study.
-
-    Attributes
-    ----------
-    typical, worst : int
-        Numbers of the walls.
-    why_typical, why_worst : str
-        Criterion of the choice.
-    """
+    """Numbers of a typical and of the worst wall, and the criterion of each choice."""
 
     typical: int
     worst: int

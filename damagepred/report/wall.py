@@ -14,7 +14,7 @@ from damagepred.errors import InputError
 from damagepred.formatting import length, number, ratio
 from damagepred.report.caveats import wall_caveats
 from damagepred.report.cracks import crack_parts
-from damagepred.report.inputs import given_of, input_section
+from damagepred.report.inputs import given_of, input_section, units_of
 from damagepred.report.limits import wall_limits
 from damagepred.report.parts import Drawing, Listing, Page, Part, Section, drawing
 from damagepred.report.quality import wall_quality
@@ -22,6 +22,7 @@ from damagepred.report.summary import wall_summary
 from damagepred.results.rejudge import footing_gap_note, measure_in_words, shown_gaps
 from damagepred.results.tables import Table, path_columns
 from damagepred.scene import Scene
+from damagepred.scene.reading import plain
 from damagepred.scene.scene import archived_scene
 from damagepred.uq.intensity import movement_measure, movement_words
 
@@ -42,26 +43,31 @@ def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
     if "scene" not in ds.attrs:
         raise InputError(f"{origin}: has no scene, so its wall is unknown; a report needs a wall solved from a scene.")
     scene = archived_scene(ds.attrs, f"{origin} scene")
-    sections = [
-        input_section(scene, given=given_of(ds)),
-        Section("run", "What was run", [_run(ds, origin, written)]),
-        Section("quality", "How good the solution is", wall_quality(ds)),
-        Section("damage", "Damage", damage_parts(ds)),
-        *filter(None, [None if is_dynamic(ds) or "span" not in ds.attrs or "load_force" in ds else wall_limits(ds)]),
-        wall_caveats(ds, scene),
-        Section(
-            "files", "The scene in full", [Listing("Scene file, complete with defaults", ds.attrs["scene"].strip())]
-        ),
-    ]
+    report = {} if scene.report is None else plain(scene.report)
+    sampled = f", sample {int(ds.attrs['sample'])} of a study" if "sample" in ds.attrs else ""
+    at_limits = None if is_dynamic(ds) or "span" not in ds.attrs or "load_force" in ds else wall_limits(ds)
     return Page(
         title=str(ds.attrs.get("title", "masonry wall")),
-        subtitle="Damage to one wall"
-        + (f", sample {int(ds.attrs['sample'])} of a study" if "sample" in ds.attrs else ""),
+        subtitle=f"Damage to one wall{sampled}, {written[:10]}",
         warnings=_warnings(ds),
         question="As the ground moves:",
         answers=wall_summary(ds),
         facts=_facts(ds, scene),
-        sections=sections,
+        head=report,
+        first=[wall_drawing(ds, "wall"), _history(ds)],
+        sections=[
+            Section("damage", "Damage", damage_parts(ds)),
+            *filter(None, [at_limits]),
+            wall_caveats(ds, scene),
+        ],
+        appendix=[
+            input_section(scene, given=given_of(ds), units=units_of(ds)),
+            Section("run", "What was run", [_run(ds, origin, written)]),
+            Section("quality", "How good the solution is", [*wall_quality(ds), _path_table(ds)]),
+            Section(
+                "files", "The scene in full", [Listing("Scene file, complete with defaults", ds.attrs["scene"].strip())]
+            ),
+        ],
     )
 
 
@@ -146,22 +152,25 @@ def _run(ds: xr.Dataset, origin: str, written: str) -> Table:
     return Table("Program and run", ["", ""], rows, words=(0, 1))
 
 
+def _history(ds: xr.Dataset) -> Drawing:
+    """Widest crack and gaps against the movement."""
+    from damagepred.plotting import draw_history
+
+    return drawing(
+        "history",
+        "Widest crack and opening of the damp-proof course as the ground moves.",
+        "Widest crack and widest opening of the damp-proof course against the movement, over the bands of the "
+        "damage categories",
+        draw_history(ds),
+        along="movement",
+    )
+
+
 def damage_parts(ds: xr.Dataset) -> list[Part]:
-    """Return drawings and tables of the damage to one wall."""
+    """Drawings and tables of the damage to one wall."""
     from damagepred import plotting
 
-    parts: list[Part] = [wall_drawing(ds, "wall")]
-    parts += crack_parts(ds)
-    parts.append(
-        drawing(
-            "history",
-            "Widest crack and opening of the damp-proof course as the ground moves.",
-            "Widest crack and widest opening of the damp-proof course against the movement, over the bands of the "
-            "damage categories",
-            plotting.draw_history(ds),
-            along="movement",
-        )
-    )
+    parts = crack_parts(ds)
     if (ds["contact_kind"].values == ContactKind.DPC).any():
         parts.append(
             drawing(
@@ -198,26 +207,22 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
                 plotting.draw_footing(ds)[0],
             )
         )
-    return [*parts, _path_table(ds)]
+    return parts
 
 
 def wall_drawing(
     ds: xr.Dataset, name: str, caption: str = "", walls: Mapping[str, xr.Dataset] | None = None
 ) -> Drawing:
-    """Return the drawing of a wall at the end of its path."""
+    """Drawing of a wall at the end of its path."""
     from damagepred.plotting import draw_wall
 
     category = category_label(ds, int(ds["damage_category"].values[-1]))
     width = length(float(ds["crack_width_max"].values[-1]))
     where = f"at a {movement_words(ds)} of {length(float(ds[movement_measure(ds)].values[-1]))}"
-    caption += "The deformed wall at the end of its path; cracks are coloured by width, displacements exaggerated."
-    return drawing(
-        name,
-        caption,
-        f"Deformed wall {where}: damage category {category}, widest crack {width}",
-        draw_wall(ds),
-        walls=walls or {"the wall": ds},
-    )
+    label = f"Deformed wall {where}: damage category {category}, widest crack {width}"
+    ax = draw_wall(ds)
+    caption += f"{label}; cracks coloured by width, displacements exaggerated."
+    return drawing(name, caption, label, ax, walls=walls or {"the wall": ds})
 
 
 def _path_table(ds: xr.Dataset) -> Table:

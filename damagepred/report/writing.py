@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -42,6 +42,7 @@ def write_report(
     bootstrap: int = 1000,
     at: float | str | MovementDistribution | None = None,
     posterior: str | Path | None = None,
+    measures: Sequence[str | Path] = (),
     on_step: Callable[[Step], None] | None = None,
 ) -> Path:
     """Write the report of a solved wall or a study as one page of HTML.
@@ -63,6 +64,8 @@ def write_report(
         the summary answers for; by default the study's own movement.
     posterior : str or Path, optional
         Of a study: file of a back-analysis with it, as ``damagepred infer -o`` writes it; it gets a section.
+    measures : sequence of str or Path
+        Of a study: folders of the same study with a measure each, to compare.
     on_step : callable, optional
         Called with each increment of the wall that is solved again.
 
@@ -104,19 +107,17 @@ def write_report(
             bootstrap=bootstrap,
             at=at,
             posterior=None if posterior is None else Path(posterior),
+            measures=[Path(each) for each in measures],
             on_step=on_step,
-        )
-    elif posterior is not None:
-        raise InputError(f"posterior = {posterior}: goes with a study; {source} is one wall.")
-    elif at is not None:
-        from damagepred.uq.movement_distribution import as_distribution
-
-        raise InputError(
-            f"at = {as_distribution(at).name}: goes with a study; {source} is one wall; its report has the whole path."
         )
     else:
         from damagepred.report.wall import wall_page
+        from damagepred.uq.movement_distribution import as_distribution
 
+        given = {"posterior": posterior, "measures": ", ".join(map(str, measures)) or None}
+        given["at"] = None if at is None else as_distribution(at).name
+        if refused := [f"{name} = {value}" for name, value in given.items() if value is not None]:
+            raise InputError(f"{refused[0]}: goes with a study; {source} is one wall, whose report has the whole path.")
         page = wall_page(read_dataset(source), source.name, written)
     html = page_html(page)
     write_whole(file, lambda p: p.write_text(html, encoding="utf-8"))

@@ -202,10 +202,9 @@ def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
         ),
     ]
     if not in_time:
-        what, name = "deflection", "first_central_deflection"
-        if "first_load_displacement" in frame:
-            what, name = "load displacement", "first_load_displacement"
-        columns.append(in_mm(f"began at a {what} of", name, "began\nat mm"))
+        drivers = {"load_displacement": "load displacement", "surface_movement": "ground movement"}
+        name = next((name for name in drivers if f"first_{name}" in frame), "central_deflection")
+        columns.append(in_mm(f"began at a {drivers.get(name, 'deflection')} of", f"first_{name}", "began\nat mm"))
     return columns
 
 

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 _BOTH, _CRACK, _PIECE = ("increment", "crack"), ("crack",), ("piece",)
 
+_DRIVERS = ("load_displacement", "surface_movement")
+"""Movements that drive some walls in place of the central deflection."""
+
 CRACK_VARIABLES: dict[str, Variable] = {
     "crack": Variable(_CRACK, "1", "number of the crack, from 1, older cracks first"),
     "crack_part": Variable(_CRACK, None, "part of the wall that the crack is in", PARTS),
@@ -38,6 +41,7 @@ CRACK_VARIABLES: dict[str, Variable] = {
     "first_increment": Variable(_CRACK, "1", "increment in which the crack's first bond broke, or it first slid"),
     "first_central_deflection": Variable(_CRACK, "m", "central deflection of that increment"),
     "first_load_displacement": Variable(_CRACK, "m", "displacement of a laboratory test's loads in that increment"),
+    "first_surface_movement": Variable(_CRACK, "m", "movement of the ground's surface in that increment"),
     "first_x": Variable(_CRACK, "m", "place along the wall where the crack began"),
     "first_y": Variable(_CRACK, "m", "height at which the crack began"),
     "merged_into": Variable(_CRACK, "1", "number of the older crack that it has become part of, 0 if it has not"),
@@ -209,11 +213,12 @@ class WallCracks:
 
     @property
     def _movements(self) -> list[str]:
-        """Measures of the movement: of the ground, and in a laboratory test of the loads."""
-        return ["central_deflection", *(name for name in ("load_displacement",) if name in self.ds)]
+        """Measures of the movement: of the footing, of the ground, and in a laboratory test of the loads."""
+        return ["central_deflection", *(name for name in _DRIVERS if name in self.ds)]
 
     def _attributes(self) -> dict[str, Any]:
-        return {"title": self.ds.attrs.get("title", "wall"), "hairline": self.growth.hairline}
+        of_wall = {key: self.ds.attrs[key] for key in ("scene",) if key in self.ds.attrs}
+        return {"title": self.ds.attrs.get("title", "wall"), "hairline": self.growth.hairline, **of_wall}
 
     def _measures(self, one: Numbered) -> dict[str, float]:
         crack = one.crack
@@ -308,7 +313,7 @@ def crack_frame(found: xr.Dataset, increment: int | None = -1) -> pd.DataFrame:
     for name in ("crack_part", "crack_orientation"):
         frame[name] = [CRACK_VARIABLES[name].flags[int(value)] for value in frame[name]]
     frame["crack_branches"] = frame["crack_branches"].astype(np.int64)
-    front = ["increment", "central_deflection", *(n for n in ("load_displacement",) if n in frame.columns), "crack"]
+    front = ["increment", "central_deflection", *(n for n in _DRIVERS if n in frame.columns), "crack"]
     frame = frame[front + [name for name in CRACK_VARIABLES if name in frame.columns and name not in front]]
     order = frame.assign(part=[PARTS.index(p) for p in frame["crack_part"]], width=-frame["crack_width"])
     return frame.loc[order.sort_values(["increment", "part", "width", "crack"]).index].reset_index(drop=True)

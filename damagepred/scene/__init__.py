@@ -10,7 +10,7 @@ from damagepred.scene.movement import Movement, Stage
 from damagepred.scene.rig import Rig
 from damagepred.scene.scene import Scene
 from damagepred.scene.seasons import Seasons, SeasonStep
-from damagepred.scene.settings import Damage, Solver
+from damagepred.scene.settings import Damage, Report, Solver
 from damagepred.scene.site import (
     SiteClass,
     StandardFooting,
@@ -45,6 +45,7 @@ __all__ = [
     "Movement",
     "Opening",
     "ReinforcedConcrete",
+    "Report",
     "Rig",
     "Scene",
     "SeasonStep",

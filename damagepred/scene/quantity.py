@@ -61,6 +61,12 @@ def to_si(value: Any, unit: str) -> float:
     return number
 
 
+def unit_in(value: Any) -> str:
+    """Unit that a user wrote behind a number, empty without one."""
+    parts = _NUMBER_AND_UNIT.fullmatch(value) if isinstance(value, str) else None
+    return parts["unit"].strip() if parts else ""
+
+
 def _of(unit: str) -> str:
     return "" if unit == "1" else f" in {unit}"
 

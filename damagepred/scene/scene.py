@@ -28,9 +28,9 @@ from damagepred.scene.material_library import with_material
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement, with_largest_stage
-from damagepred.scene.quantity import to_si
+from damagepred.scene.quantity import to_si, unit_in
 from damagepred.scene.rig import Rig
-from damagepred.scene.settings import Damage, Solver
+from damagepred.scene.settings import Damage, Report, Solver
 from damagepred.scene.settlement import POINTS, signed_size
 from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement, with_climate_zone
@@ -39,6 +39,13 @@ from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall
 
 STUDY_KEYS = ("scene", "study", "variables", "correlation")
 """Keys of study files only."""
+
+
+class GivenKeys(frozenset[str]):
+    """Keys given in a file, with the units that the user wrote."""
+
+    units: dict[str, str]
+
 
 FOLLOWING = (
     "mound.surface_movement",
@@ -65,7 +72,7 @@ class Scene:
         the defaults of ``block``, ``joint`` and ``head_joint``. ``"none"`` removes a fracture energy, a compressive
         strength, a brick's tensile strength, or all of ``head_joint``.
     wall, block, joint, head_joint, dpc, opening, control_joint, footing, movement, rig, soil, soil_layer, suction,
-    mound, loads, support, load, loading, strain, creep, solver, damage, dynamics
+    mound, loads, support, load, loading, strain, creep, solver, damage, dynamics, report
         The tables of the scene file; see their classes.
 
     Examples
@@ -104,8 +111,9 @@ class Scene:
     solver: Solver = Field(default_factory=Solver)
     damage: Damage = Field(default_factory=Damage)
     dynamics: Dynamics | None = None
+    report: Report | None = None
 
-    given: ClassVar[frozenset[str] | None] = None
+    given: ClassVar[GivenKeys | None] = None
     """Keys given in the file, such as "joint.cohesion"; None for a scene without a file."""
     in_metres: ClassVar[tuple[str, ...]] = ()
     """Profiles that are read from a file with positions in metres."""
@@ -435,7 +443,12 @@ class Scene:
         if scene.dynamics is not None:
             scene.dynamics.check_base()
             scene.solver.require_no_zones()
-        object.__setattr__(scene, "given", frozenset(_places(tables, "")))
+        written = dict(_written(tables, ""))
+        given = GivenKeys(written)
+        given.units = {
+            key: unit for key, value in written.items() if (unit := unit_in(value)) and cls.takes_number(key)
+        }
+        object.__setattr__(scene, "given", given)
         return scene
 
     @classmethod
@@ -649,15 +662,15 @@ def step_names(items: Sequence[Any]) -> list[str]:
     return [str(name or number) for number, name in enumerate(names, start=1)]
 
 
-def _places(tables: Any, key: str) -> list[str]:
-    """Keys of all values in nested tables."""
+def _written(tables: Any, key: str) -> list[tuple[str, Any]]:
+    """Keys of all values in nested tables, each with the value as written."""
     if isinstance(tables, Mapping):
         pairs = [(str(name), value) for name, value in tables.items()]
     elif isinstance(tables, list) and any(isinstance(item, Mapping) for item in tables):
         pairs = list(zip(step_names(tables), tables))
     else:
-        return [key]
-    return [nested for name, value in pairs for nested in _places(value, f"{key}.{name}" if key else name)]
+        return [(key, tables)]
+    return [nested for name, value in pairs for nested in _written(value, f"{key}.{name}" if key else name)]
 
 
 def _walk(value: Any, key: str) -> list[tuple[str, Any]]:

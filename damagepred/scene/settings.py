@@ -5,12 +5,14 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import field, replace
-from typing import Any, Literal
+from datetime import date, datetime
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from pydantic_core import ArgsKwargs
 
 from damagepred.errors import InputError
+from damagepred.inputs.text import check_title
 from damagepred.scene.accuracy import Accuracy, filled_in, preset
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
@@ -276,3 +278,42 @@ class Damage:
         if self.plasterboard and self.table != "as2870":
             raise ValueError(f"plasterboard = true: table '{self.table}' has no such allowance; use table = 'as2870'")
         return self
+
+
+def _written_date(value: Any) -> Any:
+    """Date as ``2026-11-28``; other texts are refused."""
+    if isinstance(value, str):
+        try:
+            value = date.fromisoformat(value.strip())
+        except ValueError:
+            raise ValueError('must be a date such as "2026-11-28"') from None
+    if isinstance(value, datetime) or not isinstance(value, date):
+        raise ValueError('must be a date such as "2026-11-28"')
+    return value.isoformat()
+
+
+@described
+class Report:
+    """Head of the report (``[report]``, in scene and study files), for the file. It changes no result.
+
+    To change the head of a finished study, edit its file and run the same ``damagepred study`` command again.
+
+    Attributes
+    ----------
+    project : str or None
+        Project or address.
+    client : str or None
+        Client.
+    author : str or None
+        Author of the report.
+    date : str or None
+        Date of the report or of the site visit, such as ``2026-11-28``.
+    revision : str or None
+        Revision, such as ``"B"``.
+    """
+
+    project: Annotated[str, AfterValidator(check_title)] | None = None
+    client: Annotated[str, AfterValidator(check_title)] | None = None
+    author: Annotated[str, AfterValidator(check_title)] | None = None
+    date: Annotated[str, BeforeValidator(_written_date)] | None = None
+    revision: Annotated[str, AfterValidator(check_title)] | None = None

@@ -4,7 +4,8 @@ import numpy as np
 import xarray as xr
 
 import damagepred
-from damagepred.plotting.cracks import _row, cracks_sheet, draw_cracks, widest_of_each_part
+from damagepred.plotting.cracks import cracks_sheet, draw_cracks, widest_of_each_part
+from damagepred.results.tables import Table, crack_columns
 from damagepred.results.wall_cracks import crack_frame
 
 
@@ -14,40 +15,11 @@ def test_the_dpc_is_drawn_apart(on_dpc: xr.Dataset):
     assert "deflection of 6 mm" in ax.get_title(loc="left")
 
 
-def test_every_number_of_the_sheet(cracked: xr.Dataset):
-    """Each column is the variable that its head names, in its unit; a synthetic row has different values in all."""
-    frame = widest_of_each_part(crack_frame(damagepred.cracks(cracked)))
+def test_the_sheet_has_the_rows_of_the_table_of_cracks(cracked: xr.Dataset):
+    listed = Table.brief("", crack_columns(widest_of_each_part(crack_frame(damagepred.cracks(cracked)))))
     cells = cracks_sheet(cracked).axes[1].tables[0].get_celld()
-    names = {
-        "width\n(mm)": "crack_width",
-        "normal to its\nline (mm)": "crack_width_normal",
-        "opening and\nslip (mm)": "crack_displacement",
-        "began\nat (mm)": "first_central_deflection",  # which drives this wall
-    }
-    heads = [cells[0, column].get_text().get_text() for column in range(9)]
-    for row, one in enumerate(frame.to_dict("records"), start=1):
-        for column, head in enumerate(heads):
-            if head in names:
-                assert cells[row, column].get_text().get_text() == f"{1e3 * one[names[head]]:.2f}"
-    made_up = {
-        "crack": 7,
-        "crack_part": "below_dpc",
-        "crack_width": 1.23e-3,
-        "crack_width_normal": 0.98e-3,
-        "crack_displacement": 1.57e-3,
-        "crack_length": 0.64,
-        "crack_orientation": "stepped",
-        "crack_inclination": 32.4,
-        "crack_branches": 2,
-        "crack_length_through_blocks": 0.1,
-        "crack_x": 2.25,
-        "crack_y": 0.75,
-    }
-    told = ["7", "below dpc", "1.23", "0.98", "1.57", "0.64", "stepped, 32°, 2 branches, bricks", "2.25, 0.75", "4.50"]
-    assert _row(made_up, 4.5e-3) == told
-    level = made_up | {"crack_orientation": "horizontal", "crack_branches": 1, "crack_length_through_blocks": 0.0}
-    assert _row(level, 0.0)[6] == "horizontal, 1 branch"
-    assert _row(level | {"crack_branches": 0}, 0.0)[6] == "horizontal"
+    for row, texts in enumerate([listed.columns, *listed.rows]):
+        assert [cells[row, column].get_text().get_text() for column in range(len(texts))] == list(texts)
 
 
 def test_the_legend_names_the_categories_that_are_drawn(cracked: xr.Dataset):

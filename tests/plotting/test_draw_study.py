@@ -5,9 +5,8 @@ import pytest
 import xarray as xr
 
 from damagepred.errors import InputError
-from damagepred.plotting import draw, draw_category_shares, draw_convergence, draw_fragility
+from damagepred.plotting import draw, draw_category_shares, draw_fragility
 from damagepred.plotting.study import common_paths, quantile
-from damagepred.uq.exceedance import running_probability
 
 
 def band(ax, label):
@@ -114,34 +113,6 @@ def test_shares_of_walls_are_points_at_the_increments_and_bands_are_straight_bet
 def test_what_holds_no_curves_is_refused(study):
     with pytest.raises(InputError, match="probability"):
         draw_fragility(study)
-
-
-def test_convergence_draws_the_running_probability_of_each_category(study):
-    study["status"][:] = 0
-    width = np.array([0.4, 6.0, 2.0, 0.1, 9.0, 3.0, 20.0, 1.5])[:, None] * np.linspace(0.0, 1.0, 5) * 1e-3
-    study["crack_width_max"] = ("sample", "increment"), width
-    level = np.searchsorted([0.1e-3, 1e-3, 5e-3, 15e-3], width, side="right").astype(np.int8)
-    study["damage_category"] = study["damage_category"].copy(data=level)
-    ax = draw_convergence(study, 30e-3, confidence=0.8)
-    for category in range(1, 5):
-        found = running_probability(study, category, 30e-3, confidence=0.8)
-        (line,) = (x for x in ax.lines if x.get_label().startswith(f"{category} "))
-        assert line.get_xdata() == pytest.approx(np.arange(1, 9)[-len(found.counted) :])
-        assert line.get_ydata() == pytest.approx(found.value)
-        # 30 mm is an increment: what is drawn at the end is the share of the walls there
-        assert line.get_ydata()[-1] == pytest.approx((level[:, 3] >= category).mean())
-        corners = ax.collections[category - 1].get_paths()[0].vertices
-        assert corners[:, 1].min() == pytest.approx(found.lower.min())
-        assert corners[:, 1].max() == pytest.approx(found.upper.max())
-    title = ax.get_title(loc="left")
-    assert "at a central deflection of 30 mm; bands: 80% confidence each" in title.replace("\n", " ")
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("walls counted, logarithmic", "probability")
-    assert ax.get_xlim() == (2.0, 8.0)
-    assert ax.get_xticks().tolist() == [2, 3, 5, 8]
-    study["status"][:] = 3
-    study["damage_category"][:] = -1
-    with pytest.raises(InputError, match="no finished sample"):
-        draw_convergence(study, 30e-3)
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ import sys
 import pytest
 
 from damagepred.errors import InputError, StudyError
-from damagepred.plotting import save_fragility_picture, save_study_pictures, save_wall_pictures
-from damagepred.plotting.pictures import _opening_width, stress_sheets
+from damagepred.plotting import save_animation, save_fragility_picture, save_study_pictures, save_wall_pictures
+from damagepred.plotting.pictures import stress_sheets
 from damagepred.plotting.sheet import plain_number
 from damagepred.plotting.stress import STRESSES
 
@@ -37,7 +37,7 @@ def test_every_panel_is_the_stress_and_the_increment_of_its_file(deformable):
         title = STRESSES[name.removesuffix(".png")]
         assert [title in ax.get_title(loc="left") for ax in panels] == [True, True], name
         words = [ax.get_title(loc="left").replace("\n", " ") for ax in panels]
-        assert ["doming 0.5 mm" in words[0], "doming 1.0 mm" in words[1]] == [True, True]
+        assert ["deflection of 0.5 mm" in words[0], "deflection of 1 mm" in words[1]] == [True, True]
         factors = {re.search(r"exaggerated ([\d.]+) times", said)[1] for said in words}
         assert len(factors) == 1  # one as large as the other, in the same colours
         first, second = (ax.child_axes[0].get_yticks().tolist() for ax in panels)
@@ -45,21 +45,21 @@ def test_every_panel_is_the_stress_and_the_increment_of_its_file(deformable):
     largest, smallest = stress_sheets(deformable)["principal_stress.png"].axes
     assert STRESSES["stress_largest"] in largest.get_title(loc="left")
     assert STRESSES["stress_smallest"] in smallest.get_title(loc="left")
-    assert all("doming 1.0 mm" in ax.get_title(loc="left").replace("\n", " ") for ax in (largest, smallest))
+    assert all("deflection of 1 mm" in ax.get_title(loc="left").replace("\n", " ") for ax in (largest, smallest))
 
 
-def test_openings_are_drawn_against_both_movements(on_dpc):
-    figure = _opening_width(on_dpc)
-    assert [ax.get_xlabel() for ax in figure.axes] == ["central deflection (mm)", "dpc opening max (mm)"]
-    left, right = (ax.get_title(loc="left") for ax in figure.axes)
-    assert left.replace("\n", " ").startswith("little wall on a dpc change of the width at the upper end of the jambs")
-    assert right == ""
-    no_dpc = on_dpc.assign(contact_kind=0 * on_dpc.contact_kind)
-    assert len(_opening_width(no_dpc).axes) == 1
+def test_a_moving_picture_has_a_frame_per_increment_in_the_same_place(cracked, tmp_path):
+    from PIL import Image
+
+    with Image.open(save_animation(cracked, tmp_path / "new" / "wall.gif")) as film:
+        assert film.n_frames == cracked.sizes["increment"]
+        assert film.size[0] > 600
+    with pytest.raises(InputError, match=r"\.gif"):
+        save_animation(cracked, tmp_path / "wall.mov")
 
 
 def test_study_pictures_are_written(study, tmp_path):
-    check(save_study_pictures(study, tmp_path / "a"), ["crack_widths.png", "category_shares.png"])
+    check(save_study_pictures(study, tmp_path / "a"), ["fragility.png", "crack_widths.png", "category_shares.png"])
 
 
 def test_fragility_picture_is_written_in_the_format_of_its_name(curves, tmp_path):

@@ -73,6 +73,5 @@ def test_a_study_on_mounds_has_curves_against_the_ground_and_limits_of_the_footi
     root = check_page(write_report(tmp_path / "mound.dp", bootstrap=20).read_text(encoding="utf-8"))
     shown = "".join(root.itertext())
     assert "median surface movement" in shown
-    assert "Probability from the fitted curves" in shown
     assert "Counted among the walls" in shown
     assert "agrees bit for bit with the study" in shown

@@ -12,7 +12,6 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.stats import norm
 
 from damagepred.analyses.variance_shares import study_sensitivity
 from damagepred.archive.files import write_dataset
@@ -21,7 +20,6 @@ from damagepred.campaign.settings import read_frozen
 from damagepred.damage import construction_limits
 from damagepred.report import write_report
 from damagepred.report.inputs import HEADS
-from damagepred.report.quality import telling_movement
 from damagepred.results.rejudge import Share, judge_again, shares
 from damagepred.results.wall_cracks import crack_frame, cracks
 from damagepred.scene import Scene
@@ -393,18 +391,17 @@ def check_study(folder: StudyFolder, root: Element) -> None:
                 compare(cells[2], "", [float(np.nanargmax(worst))], what)
             assert not values
         elif caption.startswith("Probability of each category or worse"):
-            grid = [(at, c) for at in dict.fromkeys((telling_movement(ds, moved), moved)) for c in range(1, 5)]
-            for (at, category), row in zip(grid, rows, strict=True):
-                found = exceedance(ds, category, at)
+            compare(caption.rpartition(" of ")[2].partition(",")[0], "", [moved], caption)
+            for category, row in zip(range(1, 5), rows, strict=True):
+                found = exceedance(ds, category, moved)
                 e = found.estimate
-                compare(row[0], "", [at], caption)
-                assert row[1].split()[0] == str(category)
-                compare_chance(row[2], _estimate(e), caption)
-                compare(row[3], "", [e.error], caption)
-                compare(row[4], "", [e.samples], caption)
-                compare(row[5], "", [e.effective_samples], caption)
+                assert row[0].split()[0] == str(category)
+                compare_chance(row[1], _estimate(e), caption)
+                compare(row[2], "", [e.error], caption)
+                compare(row[3], "", [e.samples], caption)
+                compare(row[4], "", [e.effective_samples], caption)
                 bounds = [found.failed_undamaged, found.failed_damaged] if found.failed else [np.nan]
-                compare_chance(row[6], bounds, caption)
+                compare_chance(row[5], bounds, caption)
         elif caption == "Walls by the worst category of their path":
             rules: tuple[dict[str, Any], ...] = ({}, {"measure": "band"}, {"count_footing_gap": True})
             per_rule = [shares(judge_again(ds, **one)) for one in rules]
@@ -436,26 +433,15 @@ def check_study(folder: StudyFolder, root: Element) -> None:
                 ends = [float(one[f"median_failed_{end}"]) for end in ("undamaged", "damaged")] if row[6:] else []
                 compare("".join(row[6:]), "mm", [value for value in ends if np.isfinite(value)], caption)
             assert len(heads) == (7 if curves.attrs.get("samples_failed", 0) else 6)
-        elif caption.startswith(("Probability from the fitted curves", "Counted among the walls")):
-            counted = caption.startswith("Counted")
+        elif caption.startswith("Counted among the walls"):
             limits = limits_of(float(ds.attrs["span"]))
             plain = limit_columns(float(ds.attrs["span"]))
             check_columns(caption, heads[:3], [row[:3] for row in rows], plain)
             for row, (*_, least) in zip(rows, limits, strict=True):
                 for category, cell in zip(of, row[3:], strict=True):
-                    one = curves.sel(category=category)
-                    if counted:
-                        found = exceedance(ds, category, least)
-                        short = found.not_followed > 0 or least > moved * (1 + 1e-9)
-                        compare_chance(cell, [np.nan] if short else _estimate(found.estimate), caption)
-                        continue
-                    median, dispersion = float(one["median"]), float(one["dispersion"])
-                    grid = one["intensity"].values
-                    band = [
-                        float(np.interp(least, grid, one[f"probability_{end}"].values, right=np.nan))
-                        for end in ("lower", "upper")
-                    ]
-                    compare_chance(cell, [norm.cdf(np.log(least / median) / dispersion), *band], caption)
+                    found = exceedance(ds, category, least)
+                    short = found.not_followed > 0 or least > moved * (1 + 1e-9)
+                    compare_chance(cell, [np.nan] if short else _estimate(found.estimate), caption)
         else:
             pytest.fail(f"the table '{caption}' is not compared")
 

@@ -101,9 +101,10 @@ def test_the_reference_differs_from_itself_by_nothing_and_the_most_helpful_comes
     assert said[0].startswith("as it is: 0.")
     assert said[1].startswith("stiffer: 0.")
     assert "less damage; 80 pairs of samples" in said[1]
-    assert said[3:] == ["stiffer lowers it most"]
+    assert said[3].startswith("Lower than 0.")
+    assert said[3].endswith("stiffer helps most.")
     again = dict.fromkeys(("as it is", "the same"), studies["as it is"])
-    assert comparison_lines(compare(again), 1, 0.01)[2:] == ["no measure is sure to lower it"]
+    assert comparison_lines(compare(again), 1, 0.01)[2].startswith("No measure is sure to lower")
 
 
 def test_failed_samples_are_counted_and_take_the_share_of_the_others() -> None:

@@ -102,6 +102,7 @@ _COPIED = (
     "damagepred_version",
     "damagepred_commit",
     "seed",
+    "span",
     "damage_table",
     "damage_measure",
     "count_footing_gap",

@@ -1,0 +1,88 @@
+"""Answers of analyses in one sentence each, for the terminal and the page."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from damagepred.analyses.back_analysis import UNCERTAIN
+from damagepred.analyses.posterior_tables import measures, odds_in_words
+from damagepred.formatting import chance, number
+from damagepred.uq.comparison import most_helpful
+from damagepred.uq.estimate import Estimate
+
+UNKNOWN = 0.995
+"""Distance of the bounds of a probability from which it counts as unknown."""
+
+
+def in_words(estimate: Estimate) -> str:
+    """Probability with its interval, and as a number of walls in 100."""
+    if np.isnan(estimate.value):
+        return "unknown, no wall was followed as far"
+    interval = f"{estimate.confidence:.0%} interval {chance(estimate.lower)} to {chance(estimate.upper)}"
+    share = 100 * estimate.value
+    if share in (0, 100):
+        of = f"{'all' if share else 'none'} of the walls"
+    elif share < 1:
+        of = "fewer than 1 wall in 100"
+    else:
+        of = f"about {share:.0f} wall{'s' if round(share) != 1 else ''} in 100"
+    return f"probability {chance(estimate.value)} ({interval}), {of}"
+
+
+def estimate_answer(estimate: Estimate, category: int, where: str) -> str:
+    """Answer of an estimate."""
+    return f"Category {category} or worse at {where}: {in_words(estimate)}."
+
+
+def comparison_answer(comparison: xr.Dataset, category: int, movement: float) -> str:
+    """Answer of a comparison: the measures that lower the probability, and the most helpful if intervals part."""
+    chosen = comparison.sel(category=category).sel(movement=movement, method="nearest")
+    before = chance(float(chosen["probability"][0]))
+    upper = chosen["difference_upper"]
+    order = most_helpful(comparison, category, movement)
+    sure = [name for name in order if float(upper.sel(study=name)) < 0]
+    worse = [name for name in order if float(chosen["difference_lower"].sel(study=name)) > 0]
+    said = []
+    if not sure:
+        said.append(f"No measure is sure to lower the probability of category {category} or worse from {before}")
+    else:
+        lowered = [f"{name} to {chance(float(chosen['probability'].sel(study=name)))}" for name in sure]
+        said.append(f"Lower than {before}, the probability of category {category} or worse: {'; '.join(lowered)}")
+    if len(sure) > 1:
+        parts = float(upper.sel(study=sure[0])) < float(chosen["difference_lower"].sel(study=order[1:]).min())
+        said.append(
+            f"{sure[0]} helps most" if parts else "Their intervals overlap: which of them helps most is not known"
+        )
+    elif sure and len(order) > 1:
+        said.append("The other measures may change it by chance alone" if not worse else "The other measures do not")
+    said += [f"{name} raises it" for name in worse]
+    return ". ".join(said) + "."
+
+
+def posterior_answer(posterior: xr.Dataset) -> str:
+    """Answer of a back-analysis: the most probable cause, its movement, and the damage after further movement."""
+    odds = posterior["posterior_odds"].values
+    if not posterior["resembles"].values.any():
+        return "No cause can be named: no stored wall resembles the observations."
+    if not np.isfinite(odds).any():
+        return "No cause can be named yet: the studies have too few effective samples."
+    if float(posterior["another_cause_odds"]) > max(1.0, float(np.nanmax(odds))):
+        return "Most probably another cause than the studies have."
+    best = int(np.nanargmax(odds))
+    cause, shown = posterior.isel(study=best), measures(posterior)[best]
+    low, *_, middle, _, high = (number(shown.factor * v, 3) for v in cause["movement_quantile"].values)
+    cut = " or more" if float(cause["movement_cut"]) > UNCERTAIN else ""
+    text = f"Most probably {cause['study'].item()} (odds {odds_in_words(float(odds[best]))}): "
+    text += f"{shown.words} of {middle} {shown.unit} ({low} to {high}{cut})."
+    ends = [cause[f"future_probability_{end}"].values for end in ("lower", "upper")]
+    known = np.flatnonzero(ends[1][:, -1] - ends[0][:, -1] < UNKNOWN)
+    if not known.size:
+        return f"{text} Damage after further movement is unknown."
+    further = int(known[-1])
+    moved = number(shown.factor * float(cause["further"][further] * cause["movement_largest"]), 3)
+    lower, upper = (end[further] for end in ends)
+    k = max(int((lower >= 0.5).sum()) - 1, 0)  # the worst category that is as likely as not
+    share = chance(lower[k]) if upper[k] - lower[k] < 0.005 else f"{chance(lower[k])} to {chance(upper[k])}"
+    when = f"After {moved} {shown.unit} more" if further else "Already now"
+    return f"{text} {when}, category {int(cause['category'][k])} or worse has a probability of {share}."
