@@ -13,7 +13,7 @@ from damagepred.errors import InputError
 from damagepred.formatting import length, number, ratio
 from damagepred.report.answers import in_words
 from damagepred.report.inputs import place_in_words
-from damagepred.report.parts import Part, Section, Text
+from damagepred.report.parts import Section
 from damagepred.report.quality import categories
 from damagepred.results.tables import Table, sensitivity_columns
 from damagepred.scene.site import site_class
@@ -100,33 +100,27 @@ def influences(
     """Sentence on the inputs that change the answer most, and the section with all of them.
 
     The category is the one whose probability is nearest to a half. Where each wall ends at its own movement
-    (``own_ground``), the sentence is about damage there; the table of the movement at which it comes stands beside it.
+    (``own_ground``), damage there counts, otherwise the movement at damage.
     """
     if (category := doubtful_category(estimates)) is None:
         return "", None
-    label, said = _with_name(category_label(ds, category)), []
-    tables: list[Part] = []
-    for on_own in (True, False) if own_ground else (False,):
-        try:
-            sensitivity = study_sensitivity(ds, category=category, confidence=confidence, own_ground=on_own)
-        except InputError as error:
-            if not on_own:  # of one's own movement the walls may all agree
-                said.append(f"What changes the answer most is not known: {str(error).rstrip('.')}.")
-            continue
-        counts = [on_own or str(name) not in MOVEMENTS for name in sensitivity["variable"].values]
-        if not any(counts):
-            continue
-        sensitivity = sensitivity.isel(variable=np.flatnonzero(counts))
-        of = (
-            f"damage of category {label} at each wall's own movement"
-            if on_own
-            else f"the movement at which category {label} is reached"
-        )
-        said.append(_strongest(sensitivity, -1.0 if on_own else 1.0, of, ds.sizes["sample"]))
-        tables.append(Table.of(f"Inputs and {of}", sensitivity_columns(sensitivity), "" if tables else _NOTE))
-    if not tables:
-        return said[0] if said else "", None
-    return said[0], Section("influences", "What changes the answer most", [Text(said), *tables])
+    label = _with_name(category_label(ds, category))
+    try:
+        sensitivity = study_sensitivity(ds, category=category, confidence=confidence, own_ground=own_ground)
+    except InputError as error:  # of one's own movement the walls may all agree
+        if own_ground:
+            return influences(ds, {category: estimates[category]}, confidence)
+        return f"What changes the answer most is not known: {str(error).rstrip('.')}.", None
+    names = sensitivity["variable"].values
+    sensitivity = sensitivity.isel(variable=[k for k, name in enumerate(names) if own_ground or name not in MOVEMENTS])
+    if not sensitivity.sizes["variable"]:
+        return "", None
+    of = f"the movement at which category {label} is reached"
+    if own_ground:
+        of = f"damage of category {label} at each wall's own movement"
+    said = _strongest(sensitivity, -1.0 if own_ground else 1.0, of, ds.sizes["sample"])
+    table = Table.of(f"Inputs and {of}", sensitivity_columns(sensitivity), _NOTE)
+    return said, Section("influences", "What changes the answer most", [table])
 
 
 _NOTE = (
