@@ -118,7 +118,7 @@ def study_page(
 
 
 def _fitted(ds: xr.Dataset, confidence: float, bootstrap: int) -> xr.Dataset:
-    """Return curves fitted each for itself, or with one dispersion if they cross."""
+    """Curves fitted each for itself, or with one dispersion if they cross."""
     fit = partial(
         fit_fragility,
         ds,
@@ -127,7 +127,8 @@ def _fitted(ds: xr.Dataset, confidence: float, bootstrap: int) -> xr.Dataset:
         goodness=min(GOODNESS, bootstrap),
     )
     curves = fit()
-    return fit(model="common") if int(curves.attrs["curves_cross"]) else curves
+    enough = ds.sizes["sample"] >= DEFAULT.posterior_below  # curves with one dispersion have a band
+    return fit(model="common") if int(curves.attrs["curves_cross"]) and enough else curves
 
 
 def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:

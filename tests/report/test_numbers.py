@@ -317,10 +317,7 @@ def _spread(one: xr.Dataset, name: str) -> list[float]:
 @cache
 def _fitted(folder: Path) -> xr.Dataset:
     ds = StudyFolder(folder).results()
-    curves = fit_fragility(ds, bootstrap=BOOTSTRAP, goodness=BOOTSTRAP)
-    if int(curves.attrs["curves_cross"]):
-        curves = fit_fragility(ds, bootstrap=BOOTSTRAP, goodness=BOOTSTRAP, model="common")
-    return curves
+    return fit_fragility(ds, bootstrap=BOOTSTRAP, goodness=BOOTSTRAP)
 
 
 def _estimate(e: Any) -> list[float]:
