@@ -310,6 +310,12 @@ class Report:
         Date of the report or of the site visit, such as ``2026-11-28``.
     revision : str or None
         Revision, such as ``"B"``.
+
+    Examples
+    --------
+    >>> from damagepred.scene import Report
+    >>> Report(client="A. Owner", date="2026-11-28").date
+    '2026-11-28'
     """
 
     project: Annotated[str, AfterValidator(check_title)] | None = None
