@@ -45,7 +45,7 @@ def test_a_wall_on_jacks_is_drawn_with_segments_supports_and_jacks(on_jacks):
     for arrow in arrows(ax):  # they push up
         assert (arrow.xy[1] > arrow.xyann[1]) == (load > 0)
     low, length = float(on_jacks.vertex_y.min()), float(np.ptp(on_jacks.vertex_x.values))
-    triangles = [patch.get_xy()[:3] for patch in ax.patches if patch.get_label() == "support"]
+    triangles = [patch.get_xy()[[0, 3, 2]] for patch in ax.patches if patch.get_label() == "support"]
     assert [corners[0, 0] for corners in triangles] == pytest.approx(on_jacks.support_x.values)
     for corners in triangles:  # under the footing, as wide on either side
         assert corners[0, 1] == pytest.approx(low, abs=0.05 * length)
