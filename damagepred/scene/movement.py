@@ -37,12 +37,17 @@ Kind = Annotated[Literal["dishing", "doming", "settle", "heave"], BeforeValidato
 UP = ("doming", "heave")
 
 
-def _largest_size(stages: Any, key: str) -> float | None:
-    """Largest size (m) of stages, tables or objects; None if no size is a length."""
+def _sizes(stages: Any, key: str) -> list[Any]:
+    """Given sizes of stages, tables or objects."""
     listed = stages if isinstance(stages, list | tuple) else ()
     sizes = [s.get(key) if isinstance(s, Mapping) else getattr(s, key, None) for s in listed]
+    return [size for size in sizes if size is not None]
+
+
+def _largest_size(stages: Any, key: str) -> float | None:
+    """Largest size (m) of stages, 0 if none is given; None without stages, and if a size is no length."""
     try:
-        return max((to_si(size, "m") for size in sizes if size is not None), default=None)
+        return max((to_si(size, "m") for size in _sizes(stages, key)), default=0.0 if stages else None)
     except ValueError:
         return None
 
@@ -52,7 +57,7 @@ def with_largest_stage(tables: Mapping[str, Any]) -> Mapping[str, Any]:
     movement, mound = tables.get("movement"), tables.get("mound", {})
     stages = movement.get("stage") if isinstance(movement, Mapping) else getattr(movement, "stage", None)
     full = _largest_size(stages, "surface_movement")
-    if full is None or not isinstance(mound, Mapping) or "surface_movement" in mound:
+    if not full or not isinstance(mound, Mapping) or "surface_movement" in mound:
         return tables
     return {**tables, "mound": {**mound, "surface_movement": full}}
 
@@ -229,13 +234,14 @@ class Movement:
         values = given.kwargs if isinstance(given, ArgsKwargs) else given
         if not isinstance(values, Mapping):
             return given
-        settled, stages = _largest_size(values.get("stage"), "settlement"), values.get("stage")
-        settles = values.get("shape") in SETTLEMENTS or values.get("settlement") is not None or settled is not None
+        stages = values.get("stage")
+        settles = values.get("shape") in SETTLEMENTS or values.get("settlement") is not None
+        settles = settles or bool(_sizes(stages, "settlement"))
         key = "settlement" if settles else "central_deflection"
-        full = settled if settles else _largest_size(stages, key)
+        full = _largest_size(stages, key)
         if settles:
             values = {"kind": "settle", "central_deflection": 0.0, **values}
-        if full is not None and values.get(key) is None:
+        if full is not None and values.get(key) is None and values.get("shape") not in ("mound", "loads"):
             values = {**values, key: full}
         return ArgsKwargs(given.args, dict(values)) if isinstance(given, ArgsKwargs) else values
 
