@@ -121,3 +121,22 @@ def test_salib_and_openturns_get_the_same_indices(hooks: StudyFunction) -> None:
     np.testing.assert_allclose(theirs["total"] * of_a / of_both, ours["total"], rtol=1e-9)
     jansen = 1 - 0.5 * ((table[:, -1:] - table[:, 1:-1]) ** 2).sum(axis=0) / of_a
     np.testing.assert_allclose(theirs["first"], jansen, atol=1e-9)
+
+
+def test_a_wall_that_fails_has_no_category(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not category 0: whole numbers of a wall without a result are -1, real ones NaN."""
+    import damagepred.campaign.sample as module
+
+    honest, calls = module.follow, []
+
+    def moody(*arguments: object):
+        calls.append(1)
+        if len(calls) == 2:
+            raise damagepred.SolverError("did not settle")
+        return honest(*arguments)
+
+    monkeypatch.setattr(module, "follow", moody)
+    found = study.function(["damage_category", "crack_width_max"])([[0.75, 0.008], [0.7, 0.008]])
+    assert (found["damage_category"].values[1] == -1).all()
+    assert np.isnan(found["crack_width_max"].values[1]).all()
+    assert (found["damage_category"].values[0] >= 0).all()

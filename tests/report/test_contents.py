@@ -175,6 +175,12 @@ def test_typical_is_the_median_wall_at_the_movement_asked_for(tmp_path: Path) ->
     fallen = typical_and_worst(ds, at=0.9 * np.nanmax(movement))
     assert fallen.typical in good[:21]
     assert "it fell, or reached the worst category, at" in fallen.why_typical
+    # of two walls that fell, the earlier counts as wider
+    followed = np.fmax.reduce(np.where(np.isfinite(ds["crack_width_max"].values), movement, np.nan), axis=1)
+    order = sorted(good, key=lambda k: (k in good[:21], -followed[k]))
+    ended_early = [k for k in good[21:] if followed[k] < 0.9 * np.nanmax(movement) * (1 - 1e-9)]
+    ranked = [k for k in order if k not in ended_early]
+    assert followed[fallen.typical] == followed[ranked[(len(ranked) - 1) // 2]]
 
 
 def test_what_varies_is_named_and_limits_without_entries_are_left_out(tmp_path: Path) -> None:

@@ -154,4 +154,6 @@ def test_a_tree_has_no_site_class(command: Run, tmp_path: Path) -> None:
         assert absent not in page, absent
     wall = solve(on_ground("settle"))
     assert movement_words(wall) == "ground movement at the tree"
+    # a measure that is asked for goes before the one of the dataset
+    assert movement_words(wall.assign_attrs(intensity_measure="curvature"), "deflection_ratio") == "deflection ratio"
     assert movement_words(solve(on_ground("doming", {"shape": "walsh"}))) == "surface movement"

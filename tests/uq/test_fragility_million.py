@@ -67,6 +67,16 @@ def test_resamples_by_one_step_have_the_errors_of_fitted_ones() -> None:
         assert (fitted[name] < stepped[f"{name}_upper"]).all()
 
 
+def test_resamples_of_a_part_of_the_walls_have_the_errors_of_all() -> None:
+    """A quarter of the walls is drawn for each resample; its deviation is scaled to the number of walls."""
+    ds, widths = archive(3000, True), []
+    for drawn in (3000, 750):
+        options = FragilityOptions(one_step_groups=100, one_step_walls=drawn)
+        curves = fit_fragility(ds, categories=[2], bootstrap=600, options=options)
+        widths.append(float(curves["median_upper"][0] - curves["median_lower"][0]))
+    np.testing.assert_allclose(widths[1], widths[0], rtol=0.15)
+
+
 @pytest.mark.slow
 def test_a_million_walls_in_a_minute_and_two_gibibytes() -> None:
     """In a separate process, to measure its memory; each wall ends at its own movement."""
