@@ -116,7 +116,8 @@ def assess_portfolio(
     --------
     >>> import damagepred
     >>> street = damagepred.assess_portfolio("houses.csv", "house.toml", "street.portfolio")
-    >>> street["probability"].sel(house="12 Elm Street", category=2)
+    >>> float(street["probability"].sel(house="12 Elm Street", category=2))
+    1.0
     """
     require_count("workers", workers)
     check_output(out)

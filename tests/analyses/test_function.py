@@ -58,7 +58,7 @@ def test_a_wall_that_fails_is_nan_and_sobol_s_indices_refuse_it(
 ) -> None:
     import damagepred.campaign.sample as module
 
-    honest, calls = module.follow, []
+    honest, calls = module.follow_wall, []
 
     def moody(*arguments: object):
         calls.append(1)
@@ -66,7 +66,7 @@ def test_a_wall_that_fails_is_nan_and_sobol_s_indices_refuse_it(
             raise damagepred.SolverError("did not settle")
         return honest(*arguments)
 
-    monkeypatch.setattr(module, "follow", moody)
+    monkeypatch.setattr(module, "follow_wall", moody)
     with pytest.raises(InputError, match="1 of 40 values are not finite, the first in row 3"):
         hooks.sobol(with_salib.OUTPUT, 8)
 
@@ -127,7 +127,7 @@ def test_a_wall_that_fails_has_no_category(study: Study, monkeypatch: pytest.Mon
     """Not category 0: whole numbers of a wall without a result are -1, real ones NaN."""
     import damagepred.campaign.sample as module
 
-    honest, calls = module.follow, []
+    honest, calls = module.follow_wall, []
 
     def moody(*arguments: object):
         calls.append(1)
@@ -135,7 +135,7 @@ def test_a_wall_that_fails_has_no_category(study: Study, monkeypatch: pytest.Mon
             raise damagepred.SolverError("did not settle")
         return honest(*arguments)
 
-    monkeypatch.setattr(module, "follow", moody)
+    monkeypatch.setattr(module, "follow_wall", moody)
     found = study.function(["damage_category", "crack_width_max"])([[0.75, 0.008], [0.7, 0.008]])
     assert (found["damage_category"].values[1] == -1).all()
     assert np.isnan(found["crack_width_max"].values[1]).all()

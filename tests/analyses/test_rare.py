@@ -19,6 +19,7 @@ from damagepred.analyses.rare_event_samples import normals_to_wall
 from damagepred.campaign.settings import StudySettings
 from damagepred.cli.sentences import rare_lines
 from damagepred.errors import ConvergenceError, InputError, StudyError
+from damagepred.one_wall.judged_path import model_of
 from damagepred.scene import Scene
 from damagepred.study import Study
 from tests.conftest import SMALL_STUDY
@@ -83,9 +84,10 @@ def test_a_margin_lies_where_the_width_passes_the_limit(
                 footing_opening_max=0.02,
                 damage_category=2 if width >= 1.0 else 0,
             )
-            yield SimpleNamespace(increment=SimpleNamespace(load_factor=k / 6), verdict=verdict)
+            yield model, SimpleNamespace(increment=SimpleNamespace(load_factor=k / 6, number=k), verdict=verdict)
 
-    monkeypatch.setattr(capacity, "follow", made_up)
+    model = model_of(scene, fields)
+    monkeypatch.setattr(capacity, "follow_wall", made_up)
     assert margin(scene, fields, ASKED).least == pytest.approx(expected)
 
 
@@ -121,7 +123,7 @@ def test_a_failed_wall_is_known_up_to_its_failure(
     scene, fields = normals_to_wall(asked, asked.design(), np.zeros(len(asked.design().wall) + 2 * _joints(asked)))
     whole = margin(scene, fields, Question(4, 4e-3))
     assert whole.least == whole.most > 0  # category 4 is far off
-    follow = capacity.follow
+    follow = capacity.follow_wall
 
     def breaks_off(*given: object) -> Iterator[object]:
         for k, step in enumerate(follow(*given)):  # type: ignore[arg-type]
@@ -129,7 +131,7 @@ def test_a_failed_wall_is_known_up_to_its_failure(
                 raise ConvergenceError("no equilibrium")
             yield step
 
-    monkeypatch.setattr(capacity, "follow", breaks_off)
+    monkeypatch.setattr(capacity, "follow_wall", breaks_off)
     found = margin(scene, fields, Question(4, 4e-3))
     if known:
         assert found.least == found.most > 0

@@ -47,7 +47,7 @@ def test_every_variable_says_what_it_is(name: str):
 
 
 def test_flags_mean_what_the_code_means():
-    kinds = "bed_joint head_joint dpc footing_interface soil support footing_section control_joint"
+    kinds = "bed_joint head_joint dpc footing_interface soil support footing_section control_joint brick_joint"
     for name, words in {
         "contact_kind": kinds,
         "contact_state": "intact cracked slipping",

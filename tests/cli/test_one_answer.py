@@ -10,7 +10,6 @@ import pytest
 
 from damagepred.analyses.design_search import damaged
 from damagepred.archive.folder import open_study
-from damagepred.report.quality import common_movement, telling_movement
 from damagepred.report.summary import answers
 from damagepred.uq.exceedance import exceedance, running_probability
 from damagepred.uq.fragility import fit_fragility
@@ -74,13 +73,6 @@ def test_a_curve_is_read_in_one_way(houses: list[Path]) -> None:
     assert probability_at(curves, 2, 5e-3) == pytest.approx(
         (one.estimate.value, one.estimate.lower, one.estimate.upper)
     )
-
-
-def test_movements_of_the_report_are_asked_alike(houses: list[Path]) -> None:
-    ds = open_study(houses[0])
-    at = telling_movement(ds, common_movement(ds))
-    unsure = [exceedance(ds, c, at).estimate.value for c in (1, 2)]
-    assert max(p * (1 - p) for p in unsure) > 0.15
 
 
 def test_a_study_without_a_ground_of_its_own_asks_for_a_movement(command: Run, tmp_path: Path) -> None:

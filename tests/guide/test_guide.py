@@ -157,7 +157,9 @@ def test_functions_that_compute_the_equations_exist() -> None:
     for equation, modules, functions in rows:
         text = "".join((ROOT / "damagepred" / m).read_text(encoding="utf-8") for m in re.findall("`(.*?)`", modules))
         for name in re.findall(r"`(?:\w+\.)?(\w+)`", functions):
-            assert re.search(rf"\b(def|class) {name}\b", text), f"{equation}: {name} is not in {modules}"
+            assert re.search(rf"\b(def|class) {name}\b|^{name}\b", text, re.MULTILINE), (
+                f"{equation}: {name} is not in {modules}"
+            )
 
 
 def test_studies_and_data_that_pages_name_exist() -> None:

@@ -427,8 +427,8 @@ def test_a_wall_tells_how_far_it_is_on_a_terminal_alone(monkeypatch: pytest.Monk
         told = io.StringIO()
         monkeypatch.setattr(terminal, "_err", Console(file=told, force_terminal=in_terminal, width=90))
         with terminal.Bar("house", 5) as bar:
-            for _ in range(2):
-                bar.step(None)  # type: ignore[arg-type]
+            for number in range(2):
+                bar.step(SimpleNamespace(increment=SimpleNamespace(number=number)))  # type: ignore[arg-type]
         assert (bar._progress.tasks[0].completed, bool(told.getvalue())) == (2, in_terminal)
     assert re.search("house.*2/5", told.getvalue())
 

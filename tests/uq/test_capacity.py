@@ -94,11 +94,10 @@ def test_the_limit_state_has_the_sign_of_the_others(wall: int, monkeypatch: pyte
             verdict = SimpleNamespace(
                 crack_width_max=one, crack_band_width_max=one, footing_opening_max=0.0, damage_category=int(category)
             )
-            yield SimpleNamespace(increment=SimpleNamespace(load_factor=k / 8), verdict=verdict)
+            yield model, SimpleNamespace(increment=SimpleNamespace(load_factor=k / 8, number=k), verdict=verdict)
 
     model = SimpleNamespace(central_deflection=8e-3, surface_movement=None, deflection=None)
-    monkeypatch.setattr(limit_state, "model_of", lambda *given: model)
-    monkeypatch.setattr(limit_state, "follow", made_up)
+    monkeypatch.setattr(limit_state, "follow_wall", made_up)
     for category in (1, 2, 3, 4):
         known = capacities(ds, category)
         lower, upper = known.lower[wall], known.upper[wall]

@@ -145,7 +145,3 @@ def test_tables_have_the_measured_values(study, small, tmp_path):
     assert len({line.count("|") for line in lines}) == 1
     study.table.write_csv(found, tmp_path / "table.csv")
     assert len((tmp_path / "table.csv").read_text().splitlines()) == len(found) + 1
-    page = study.table.between("a <!-- t --> old <!-- end of t --> b", "t", ["new"])
-    assert "old" not in page
-    assert page.startswith("a <!-- t -->")
-    assert page.endswith("<!-- end of t --> b")

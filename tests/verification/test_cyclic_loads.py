@@ -100,5 +100,7 @@ def test_a_test_in_stages_has_no_strain_and_creep() -> None:
     for more in ({"strain": Strain(growth=1e-4)}, {"creep": Creep(relaxation_time=1.0)}):
         with pytest.raises(InputError, match="a test in stages has none"):
             replace(scene, **more)
-    with pytest.raises(InputError, match="each stage has a central_deflection, and no surface_movement or load_factor"):
+    with pytest.raises(
+        InputError, match="each stage has a central_deflection, and no surface_movement or settlement or load_factor"
+    ):
         Movement(stage=[Stage(load_factor=1.0)])
