@@ -13,30 +13,14 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """Description of one diagnostic.
+    """Description of one diagnostic."""
 
-    Attributes
-    ----------
-    units : str
-        As UDUNITS reads it.
-    meaning : str
-        For the archive.
-    label : str
-        Name on the screen and in the report; empty: not shown.
-    shown_unit : str
-        Unit there.
-    in_time : bool
-        Whether only a dynamic run has it.
-    term : bool
-        Whether an energy is a term of the balance; else it is part of another, or the imbalance.
-    """
-
-    units: str
-    meaning: str
-    label: str = ""
-    shown_unit: str = ""
-    in_time: bool = False
-    term: bool = True
+    units: str  # as UDUNITS reads it
+    meaning: str  # for the archive
+    label: str = ""  # name on the screen and in the report; empty: not shown
+    shown_unit: str = ""  # unit there
+    in_time: bool = False  # whether only a dynamic run has it
+    term: bool = True  # whether an energy is a term of the balance; else it is part of another, or the imbalance
 
 
 def _of(default: float, *description: Any, **more: Any) -> Any:

@@ -148,15 +148,7 @@ def shown(value: object) -> str:
 
 
 def nearest(word: str, allowed: Iterable[str]) -> str:
-    """Return a ' Did you mean ...?' hint, or '' when nothing allowed comes close to ``word``.
-
-    Parameters
-    ----------
-    word : str
-        What the user wrote.
-    allowed : iterable of str
-        What would have been accepted.
-    """
+    """Return a ' Did you mean ...?' hint, or '' when nothing allowed comes close to ``word``."""
     found = get_close_matches(word, list(allowed), n=1, cutoff=0.6)
     return f" Did you mean '{found[0]}'?" if found else ""
 

@@ -106,10 +106,7 @@ _MOVED_BY = {
 
 
 def chosen_samples(weight: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
-    """Sample without replacement, with inclusion probabilities min(1, c w) (systematic; Tille 2006).
-
-    The start is fixed: a repeated call draws the same samples.
-    """
+    """Sample without replacement, with inclusion probabilities min(1, c w) (systematic; Tille 2006)."""
     used = np.flatnonzero(weight > 0)
     if len(used) <= count:
         return used, np.ones(len(used))
@@ -208,11 +205,7 @@ def _with_new_walls(
     on_replay: Callable[[int, int], None] | None,
     on_walls: Callable[[Progress], None] | None,
 ) -> StoredWalls:
-    """Study with one more round of walls near the posterior (adaptive importance sampling: Bugallo et al. 2017).
-
-    The proposal is the study's distribution shifted to the posterior mean of the standard normals. Each folder has its
-    effective number of samples as weight, which causes no bias (Owen and Zhou 2000).
-    """
+    """Study with one more round of walls near the posterior (adaptive importance sampling: Bugallo et al. 2017)."""
     study = Campaign.from_folder(walls.path)
     if study.settings.study.sampler == "table":
         raise InputError(f"{walls.path}: new walls cannot be drawn, as the samples come from a table.")
@@ -358,11 +351,7 @@ def movement_cdf(walls: StoredWalls, weight: FloatArray, points: FloatArray) -> 
 
 
 def _future(walls: StoredWalls, weight: FloatArray, options: InferenceOptions, highest: int) -> xr.Dataset:
-    """Probability of each category or worse after further movement, on (further, category).
-
-    The value is among walls with a result there, which may be the sound ones. The bounds are for all walls: the
-    others have the category at the end of their path, or every category.
-    """
+    """Probability of each category or worse after further movement, on (further, category)."""
     category = walls.ds["damage_category"].values
     among, lower, upper = np.full((3, len(options.further), highest), np.nan)
     followed = np.zeros(len(options.further))

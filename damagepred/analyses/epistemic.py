@@ -24,20 +24,11 @@ from damagepred.uq.variable import Variable
 
 
 class Alternative(NamedTuple):
-    """Probability under one set of distributions.
+    """Probability under one set of distributions."""
 
-    Attributes
-    ----------
-    name : str
-        Name in the study file; "" for the study's own distributions.
-    found : Exceedance
-        Probability with its Monte Carlo error.
-    effective_samples : float
-        Equivalent number of equally weighted walls; with few, the alternative should be run as a separate study.
-    """
-
-    name: str
-    found: Exceedance
+    name: str  # name in the study file; "" for the study's own distributions
+    found: Exceedance  # probability with its Monte Carlo error
+    # equivalent number of equally weighted walls; with few, the alternative should be run as a separate study
     effective_samples: float
 
 
@@ -50,11 +41,7 @@ def alternatives(
     others: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None,
     confidence: float = 0.9,
 ) -> list[Alternative]:
-    """Probability of a category or worse under a study's own distributions and under alternatives to them.
-
-    ``others`` has name -> key -> changes of the variable, such as ``{"less sure": {"dpc.friction": {"cov":
-    0.3}}}``; by default the study's ``[study.epistemic]``.
-    """
+    """Probability of a category or worse under a study's own distributions and under alternatives to them."""
     study, ds = Campaign.from_folder(path), open_study(path)
     estimates = [_estimate("", ds, category, at, confidence)]
     for name, changes in (study.settings.study.epistemic if others is None else others).items():

@@ -48,11 +48,7 @@ class Question:
 
 
 def study_for_limit_state(settings: StudySettings, question: Question) -> StudySettings:
-    """Study with the movement of the limit state instead of its own.
-
-    The movement of the question is an increment of the path, which continues beyond it in equal steps. A sampled
-    movement and the sampler of the study are dropped.
-    """
+    """Study with the movement of the limit state instead of its own."""
     if settings.scene.movement.stage:
         raise InputError("rare: needs one growing movement; leave out [[movement.stage]] or its CSV file.")
     key = settings.scene.movement_key

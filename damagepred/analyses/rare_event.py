@@ -79,11 +79,7 @@ def rare_event(
     confidence: float = 0.9,
     on_level: Callable[[Level], None] | None = None,
 ) -> RareEvent:
-    """Probability that a category is reached by a movement, also a very small one, by subset simulation.
-
-    A field adds one standard normal per joint. The same call resumes an interrupted one. ``samples``, ``level_share``
-    and ``runs`` are as in ``damagepred.uq.subset.subset_simulation``, the other arguments as in ``Study.run``.
-    """
+    """Probability that a category is reached by a movement, also a very small one, by subset simulation."""
     question.check(settings)
     require_count("runs", runs, 1)
     check_sizes(samples, level_share)  # before the folder is made

@@ -111,11 +111,7 @@ class WorkerPool:
 
 
 class Walls:
-    """Walls of one run of subset simulation, from its log and newly solved.
-
-    With ``failed_reached`` failed walls count as having reached the category. Walls with the same number and normals as
-    in the run ``like`` are not solved again.
-    """
+    """Walls of one run of subset simulation, from its log and newly solved."""
 
     def __init__(self, pool: WorkerPool, log: Path, failed_reached: bool = False, like: Walls | None = None) -> None:
         self.pool, self.log, self.like = pool, log, like

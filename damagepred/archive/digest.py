@@ -67,10 +67,7 @@ def signed_json(record: Mapping[str, Any], study: str) -> str:
 
 
 def signature(file: str | Path, whole: bool = False) -> str | None:
-    """Hash of the study in a file's digest, after a check of the checksum; None for files without digest.
-
-    ``whole`` computes the SHA-256 too. A wrong checksum raises DamagedError.
-    """
+    """Hash of the study in a file's digest, after a check of the checksum; None for files without digest."""
     with opened(Path(file)) as stream:
         size = stream.seek(0, 2)
         stream.seek(max(0, size - _LONGEST))

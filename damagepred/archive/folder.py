@@ -326,10 +326,7 @@ class StudyFolder:
     # -- reading it whole -----------------------------------------------------------------------------------------
 
     def results(self, names: Iterable[str] | None = None) -> xr.Dataset:
-        """All samples as one dataset; samples without result have status missing, NaN and -1.
-
-        ``names`` limits the results; inputs and status are always included.
-        """
+        """All samples as one dataset; samples without result have status missing, NaN and -1."""
         self.require()
         ds, left_out = self.read(names)
         for file, why in left_out.items():
@@ -337,10 +334,7 @@ class StudyFolder:
         return ds
 
     def read(self, names: Iterable[str] | None = None, derived: bool = True) -> tuple[xr.Dataset, dict[Path, str]]:
-        """Dataset of ``results``, and the files that were left out, each with the reason.
-
-        Samples come from ``results.nc`` first (``derived``), the others from parts.
-        """
+        """Dataset of ``results``, and the files that were left out, each with the reason."""
         samples = self.manifest()["samples"]
         wanted = None if names is None else {"status", *names}
         design = self.design()

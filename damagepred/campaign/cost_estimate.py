@@ -112,12 +112,7 @@ def estimate_cost(
     timing_limit: float = 60.0,
     history_walls: int = 4,
 ) -> CostEstimate:
-    """Validate a scene or study file and time one wall of it; of a study of histories ``history_walls`` walls.
-
-    Samples of histories move differently, and their times differ several times over. After ``timing_limit`` (s) no
-    further increment and no further wall is timed, and the time is scaled by the number of increments. A short wall is
-    timed twice.
-    """
+    """Validate a scene or study file and time one wall of it; of a study of histories ``history_walls`` walls."""
     tables = read_toml(path)
     samples, variables = 1, 0
     sampled: Callable[[int], tuple[Scene, Mapping[str, FloatArray]]] | None

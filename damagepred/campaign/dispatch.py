@@ -26,37 +26,19 @@ from damagepred.errors import InputError, StudyError, require_number
 
 @dataclass(frozen=True)
 class DispatchOptions:
-    """Options of the division into batches and of their repetition.
+    """Options of the division into batches and of their repetition."""
 
-    Attributes
-    ----------
-    attempts : int
-        Runs of a lost sample alone before it counts as failed.
-    most_parts : int
-        Approximate limit of the files in a study folder.
-    shortest_batch, longest_batch : float
-        Work in a batch (s): long enough to limit the number of files, short enough that a kill loses little.
-    share_of_rest : float
-        Largest batch over a worker's share of the remaining samples; a single worker has no limit.
-    timeout_share : float
-        Largest work in a batch over the time limit of a sample.
-    assumed_workers : int
-        Workers of an executor of unknown size.
-    recount_interval : float
-        Interval (s) at which the workers of an executor are counted.
-    interrupt_check : float
-        Interval (s) of checks for interrupts while samples run.
-    """
-
-    attempts: int = 2
-    most_parts: int = 10_000
+    attempts: int = 2  # runs of a lost sample alone before it counts as failed
+    most_parts: int = 10_000  # approximate limit of the files in a study folder
+    # work in a batch (s): long enough to limit the number of files, short enough that a kill loses little
     shortest_batch: float = 4.0
     longest_batch: float = 30.0
+    # largest batch over a worker's share of the remaining samples; a single worker has no limit
     share_of_rest: float = 0.5
-    timeout_share: float = 0.25
-    assumed_workers: int = 8
-    recount_interval: float = 10.0
-    interrupt_check: float = 0.25
+    timeout_share: float = 0.25  # largest work in a batch over the time limit of a sample
+    assumed_workers: int = 8  # workers of an executor of unknown size
+    recount_interval: float = 10.0  # interval (s) at which the workers of an executor are counted
+    interrupt_check: float = 0.25  # interval (s) of checks for interrupts while samples run
 
 
 class LostSample(NamedTuple):
@@ -181,11 +163,7 @@ def run_all(
     interrupts: Callable[[], int],
     options: DispatchOptions = DispatchOptions(),
 ) -> Iterator[Outcome | LostSample]:
-    """Keep workers busy and yield the outcomes of samples as they arrive.
-
-    The number of interrupts controls the end: after one no batch is started, after two the function returns at
-    once. Samples that were not started have no outcome.
-    """
+    """Keep workers busy and yield the outcomes of samples as they arrive."""
     running: dict[Any, Batch] = {}
     again: list[Batch] = []
     lost: dict[int, int] = {}

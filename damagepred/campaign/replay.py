@@ -39,11 +39,7 @@ def _campaign(text: str) -> Campaign:
 @checked
 @one_blas_thread()
 def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None = None) -> tuple[xr.Dataset, str]:
-    """One sample solved again, as ``damagepred.solve`` returns it, and its comparison with the archive.
-
-    The comparison names differing variables and, as their cause, differences in machine, version, commit, kernel
-    hash, libraries and BLAS core. An unknown study or sample raises InputError.
-    """
+    """One sample solved again, as ``damagepred.solve`` returns it, and its comparison with the archive."""
     folder = StudyFolder(path)
     folder.require()
     design = folder.design()

@@ -51,39 +51,21 @@ class CategoryShare(NamedTuple):
 
 @dataclass(frozen=True)
 class StudyStatus:
-    """Status of a study.
+    """Status of a study."""
 
-    Attributes
-    ----------
-    title : str
-        Title of the study.
-    total, done, failed, remaining : int
-        Numbers of walls.
-    wall_seconds : float
-        Mean time of a wall (s); NaN where unknown.
-    effective_walls : float
-        Equally weighted walls of importance sampling; NaN without weights.
-    limits : list of float
-        Deflections (m) at which jacks or supports carried no load any more, of the walls whose path ended there.
-    failures : list of (int, str, str)
-        Sample, reason and message of the first failed walls.
-    categories : list of CategoryShare
-        Shares of the categories in their order; empty where unknown.
-    cautions : list of str
-        Cautions on the solution of the walls.
-    """
-
-    title: str
+    title: str  # title of the study
+    # numbers of walls
     total: int
     done: int
     failed: int
     remaining: int
-    wall_seconds: float
-    effective_walls: float
+    wall_seconds: float  # mean time of a wall (s); NaN where unknown
+    effective_walls: float  # equally weighted walls of importance sampling; NaN without weights
+    # deflections (m) at which jacks or supports carried no load any more, of the walls whose path ended there
     limits: list[float]
-    failures: list[tuple[int, str, str]]
-    categories: list[CategoryShare]
-    cautions: list[str]
+    failures: list[tuple[int, str, str]]  # sample, reason and message of the first failed walls
+    categories: list[CategoryShare]  # shares of the categories in their order; empty where unknown
+    cautions: list[str]  # cautions on the solution of the walls
 
 
 def study_status(path: str | Path) -> StudyStatus:

@@ -45,11 +45,7 @@ def run_until(
     on_progress: Callable[[Progress], None] | None = None,
     **options: Any,
 ) -> Ending:
-    """Run a study until its ``stop_when`` is met, its ``time_budget`` is used up, or all samples are run.
-
-    The walls are the same as without stopping: a stopped study can be extended, and an interrupted one resumes to
-    the same end. ``options`` go to ``Study.run``.
-    """
+    """Run a study until its ``stop_when`` is met, its ``time_budget`` is used up, or all samples are run."""
     how, most = study.settings.study, samples or study.settings.study.samples
     rule, budget = how.stop_when, how.time_budget
     if rule is not None and how.sampler == "lhs":

@@ -53,10 +53,7 @@ class Verification:
 
 
 def verify(path: str | Path, samples: int = 0, on_plan: Callable[[str], None] | None = None) -> Verification:
-    """Check digests, variables, flags and ranges of a study folder or a file; solve some samples again.
-
-    The samples are evenly spread over the folder; ``on_plan`` gets the cost of solving them before it begins.
-    """
+    """Check digests, variables, flags and ranges of a study folder or a file; solve some samples again."""
     target, result = Path(path), Verification()
     if not target.exists():
         raise InputError(f"{path}: no such file or folder.")

@@ -36,27 +36,15 @@ class WorkerDied(Exception):
 
 @dataclass(frozen=True)
 class PoolOptions:
-    """Options of a pool of worker processes.
+    """Options of a pool of worker processes."""
 
-    Attributes
-    ----------
-    failed_starts : int
-        Consecutive workers that die before they are ready until all futures fail.
-    exit_wait : float
-        Time (s) for a worker that has closed its socket to end with its own exit code.
-    parent_check : float
-        Interval (s) at which a worker checks that its parent lives.
-    start_limit : float
-        Time (s) after which a worker that is not ready, with its kernels compiled, counts as dead.
-    answer_limit : float
-        Time (s) after which an idle worker that does not begin its batch is replaced; the batch goes to another.
-    """
-
-    failed_starts: int = 3
-    exit_wait: float = 2.0
+    failed_starts: int = 3  # consecutive workers that die before they are ready until all futures fail
+    exit_wait: float = 2.0  # time (s) for a worker that has closed its socket to end with its own exit code
+    # time (s) after which a worker that is not ready, with its kernels compiled, counts as dead
     start_limit: float = 900.0
+    # time (s) after which an idle worker that does not begin its batch is replaced; the batch goes to another
     answer_limit: float = 60.0
-    parent_check: float = 1.0
+    parent_check: float = 1.0  # interval (s) at which a worker checks that its parent lives
 
 
 # -- in the worker ----------------------------------------------------------------------------------------------------
@@ -141,10 +129,7 @@ class _Worker:
 
 
 class LocalPool:
-    """Worker processes on this machine, at most one per batch; each calls ``ready`` once, then ``task`` per batch.
-
-    The time limit (s) is per batch. With ``preload`` all workers start now and load the program.
-    """
+    """Worker processes on this machine, at most one per batch; each calls ``ready`` once, then ``task`` per batch."""
 
     def __init__(
         self,

@@ -70,10 +70,7 @@ class _Stream:
 
 
 class Wait:
-    """Names the activity of a command on the error stream while it prints no results.
-
-    On a terminal one line counts the seconds and disappears before other output. Elsewhere dots follow the line.
-    """
+    """Names the activity of a command on the error stream while it prints no results."""
 
     FIRST, DOT, COUNT, TICK = 0.8, 1.5, 4.0, 0.2
     """Silence before the line on an activity, before each dot and each count; interval of the thread (s)."""
@@ -183,21 +180,11 @@ def silent() -> None:
 
 @dataclass
 class Form:
-    """Form of the output.
+    """Form of the output."""
 
-    Attributes
-    ----------
-    quiet : bool
-        Neither progress nor notes are printed.
-    json : bool
-        Standard output has JSON alone; messages go to the error stream.
-    full : bool
-        Tables have all columns, in several tables where the screen is too narrow, and all rows.
-    """
-
-    quiet: bool = False
-    json: bool = False
-    full: bool = True
+    quiet: bool = False  # neither progress nor notes are printed
+    json: bool = False  # standard output has JSON alone; messages go to the error stream
+    full: bool = True  # tables have all columns, in several tables where the screen is too narrow, and all rows
 
 
 FORM = Form()
@@ -355,11 +342,7 @@ def clear() -> None:
 
 
 def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table, its numbers to the right.
-
-    Where the screen is too narrow, all columns are in several tables with the same first column, or in a summary the
-    first of them in one.
-    """
+    """Print a table, its numbers to the right."""
     from rich.table import Table as Grid
 
     parts = _parts_that_fit(columns, rows, _out.width)
@@ -381,10 +364,7 @@ def show(shown: Table) -> None:
 
 
 def _parts_that_fit(columns: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> list[list[int]]:
-    """Return the columns of each table that is no wider than the screen, the first column in all.
-
-    Columns whose heads begin with the same line stay together.
-    """
+    """Return the columns of each table that is no wider than the screen, the first column in all."""
     widths = [
         3 + max(len(line) for text in (head, *(row[i] for row in rows)) for line in text.split("\n"))
         for i, head in enumerate(columns)

@@ -57,10 +57,7 @@ class BandGauges:
 def _readings(
     joints: JointMap, chosen: IntArray, nodes: FloatArray, axis: int, length: float
 ) -> scipy.sparse.csr_array:
-    """Readings of gauges along one axis that cross more than one joint.
-
-    A gauge begins at each contact and each end of a joint and runs along the axis, from block to block.
-    """
+    """Readings of gauges along one axis that cross more than one joint."""
     start, end = joints.start[chosen], joints.end[chosen]
     along = end - start
     columns, size = nodes.shape[1], nodes.size

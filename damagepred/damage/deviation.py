@@ -116,11 +116,7 @@ def _along(x: FloatArray, row: IntArray, gauge: float) -> tuple[IntArray, IntArr
 
 
 def _upward(x: FloatArray, y: FloatArray, courses: list[IntArray], gauge: float) -> tuple[IntArray, IntArray]:
-    """Pairs one over the other: each block with one of the two highest courses within the gauge.
-
-    In running bond one of the two has a brick right above: a pair out of line would read a crack between them, or
-    the stretching of the wall, as a tilt.
-    """
+    """Pairs one over the other: each block with one of the two highest courses within the gauge."""
     none = np.empty(0, dtype=np.int64)
     if len(courses) < 2:
         return none, none

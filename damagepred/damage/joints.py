@@ -19,11 +19,7 @@ if TYPE_CHECKING:
 
 
 class Ends(NamedTuple):
-    """Linear extrapolation of the opening from the contacts to the ends of n interfaces.
-
-    The line goes through the outermost contact and its neighbour. An interface with a single contact takes the
-    contact of the next interface between the same two blocks; without one the opening is constant.
-    """
+    """Linear extrapolation of the opening from the contacts to the ends of n interfaces."""
 
     contact: IntArray  # (n, 2): outermost contact at start and end, among all m q
     beside: IntArray  # (n, 2): neighbour that defines the line
@@ -43,10 +39,7 @@ class Ends(NamedTuple):
 
 
 class Profile(NamedTuple):
-    """Nodes of n interfaces: contacts from start to end, and the ends themselves where no contact lies there.
-
-    The opening is linear between nodes, as between rigid blocks, and extrapolated beyond the outermost contacts.
-    """
+    """Nodes of n interfaces: contacts from start to end, and the ends themselves where no contact lies there."""
 
     contacts: IntArray  # (n, q): among all m q
     way: FloatArray  # (n, q) or (n, q + 2): distance of each node from the start of its interface (m)

@@ -67,10 +67,7 @@ class Rules(NamedTuple):
     def widths(
         self, crack_width: Widths, band_width: Widths, footing_opening: Widths, has_dpc: bool
     ) -> tuple[Widths, Widths]:
-        """Width that determines the category, by the widest joint and by the widest crack band (m).
-
-        With a dpc the footing bed is outside the wall proper, and its gap never counts.
-        """
+        """Width that determines the category, by the widest joint and by the widest crack band (m)."""
         if not self.count_footing_gap or has_dpc:
             return crack_width, band_width
         return np.maximum(crack_width, footing_opening), np.maximum(band_width, footing_opening)

@@ -107,11 +107,7 @@ class Crack(NamedTuple):
 def links_of(
     pieces: Pieces, open_pieces: BoolArray, x: FloatArray, y: FloatArray, zones: IntArray, yields: BoolArray
 ) -> Links:
-    """Links of cracks through yielded zones (z,), between joint pieces that have opened or slid (p,).
-
-    Yielded zones that share a gridpoint are linked from middle to middle; a zone with a piece of a cracked joint in
-    its side is linked to the nearer end of that piece.
-    """
+    """Links of cracks through yielded zones (z,), between joint pieces that have opened or slid (p,)."""
     failed = zones[yields]
     cracked = np.flatnonzero(open_pieces)
     if not len(failed) or not cracked.size:
@@ -174,10 +170,7 @@ def trace(pieces: Pieces, opening: FloatArray, slip: FloatArray, active: BoolArr
 def _crack(
     pieces: Pieces, opening: FloatArray, slip: FloatArray, contact: IntArray, ends: IntArray, place: FloatArray
 ) -> tuple[Crack, list[IntArray]]:
-    """Crack along the longest path of some edges, and the edges of other cracks that branch off.
-
-    Edges are contacts (-1: through a brick), with the points they join and their positions.
-    """
+    """Crack along the longest path of some edges, and the edges of other cracks that branch off."""
     step = np.hypot(*(place[:, 1] - place[:, 0]).T)
     joint = contact >= 0
     displacement = np.where(joint, np.hypot(np.maximum(opening[contact], 0.0), slip[contact]), np.inf)
@@ -243,10 +236,7 @@ def _mean_line(place: FloatArray, step: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def _longest_course(ends: IntArray, step: FloatArray, cost: FloatArray) -> tuple[IntArray, BoolArray]:
-    """Edges of the cheapest path between the two points farthest apart, and which of them run forward.
-
-    Two searches by length find these points (diameter of the graph): exact where a crack has no loops.
-    """
+    """Edges of the cheapest path between the two points farthest apart, and which of them run forward."""
     points, local = np.unique(ends, return_inverse=True)
     local = local.reshape(-1, 2)
     n = len(points)
@@ -273,11 +263,7 @@ def _longest_course(ends: IntArray, step: FloatArray, cost: FloatArray) -> tuple
 
 
 def _straight_part(corners: FloatArray, width: FloatArray, least: float) -> slice:
-    """Steps of a path around its widest that deviate from their chord by less than a quarter of it.
-
-    The path is cut where it is farthest from the chord (Douglas and Peucker): an arch is two cracks. Deviations
-    below ``least`` (m) are teeth of a stepped crack.
-    """
+    """Steps of a path around its widest that deviate from their chord by less than a quarter of it."""
     start, stop = 0, len(width)
     widest = int(np.argmax(np.where(np.isfinite(width), width, 0.0)))
     while True:

@@ -43,10 +43,7 @@ class LimitStates:
 def limit_states(
     curves: xr.Dataset, categories: Sequence[int] | None = None, extrapolated: bool = False
 ) -> LimitStates:
-    """Lognormal curves of some categories; a category without curve raises InputError.
-
-    With ``extrapolated``, also curves whose median lies beyond the largest movement of the walls.
-    """
+    """Lognormal curves of some categories; a category without curve raises InputError."""
     for name in ("median", "dispersion", "fit_status", "intensity", "category"):
         if name not in curves.variables:
             raise InputError(f"the dataset has no variable '{name}'; exports need curves of damagepred.fit_fragility.")
@@ -93,11 +90,7 @@ def limit_states(
 
 
 def require_order(states: LimitStates, program: str) -> None:
-    """Check that a worse category is nowhere more probable than a lesser one.
-
-    Lognormal curves of different dispersions always cross; a crossing with probabilities near 0 or 1 (``RARE``) is
-    tolerated.
-    """
+    """Check that a worse category is nowhere more probable than a lesser one."""
     for lesser, worse in itertools.pairwise(range(len(states.category))):
         where, probability = _crossing(states, lesser, worse)
         if states.median[worse] < states.median[lesser] or RARE < probability < 1 - RARE:

@@ -23,19 +23,12 @@ __all__ = ["SimpleVerdict", "angular_distortion", "simple_categories", "simple_c
 
 
 class SimpleVerdict(NamedTuple):
-    """Category of a wall by its limiting tensile strain; arrays of the shape of the deflection ratio.
+    """Category of a wall by its limiting tensile strain; arrays of the shape of the deflection ratio."""
 
-    Attributes
-    ----------
-    bending_strain, diagonal_strain : array
-        Of the deep beam (1), tension positive.
-    category : array of int8
-        By the larger of the two; 4 stands for 4 and 5, -1 for an unknown movement (NaN).
-    """
-
+    # of the deep beam (1), tension positive
     bending_strain: FloatArray
     diagonal_strain: FloatArray
-    category: Int8Array
+    category: Int8Array  # by the larger of the two; 4 stands for 4 and 5, -1 for an unknown movement (NaN)
 
 
 @checked

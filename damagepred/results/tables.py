@@ -31,30 +31,14 @@ _IN_TIME = ("contact_points", "contact points"), ("impacts", "impacts")
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a table.
+    """One column of a table."""
 
-    Attributes
-    ----------
-    name : str
-        Head on the page, without the unit; empty: not on the page.
-    cells : sequence of str
-        Formatted values.
-    unit : str
-        Unit of the values.
-    short : str
-        Head on the terminal, in lines; empty: not on the terminal.
-    short_cells : sequence of str, optional
-        Briefer cells for the terminal.
-    words : bool
-        Whether the cells are words, which stand to the left on the page.
-    """
-
-    name: str
-    cells: Sequence[str]
-    unit: str = ""
-    short: str = ""
-    short_cells: Sequence[str] | None = None
-    words: bool = False
+    name: str  # head on the page, without the unit; empty: not on the page
+    cells: Sequence[str]  # formatted values
+    unit: str = ""  # unit of the values
+    short: str = ""  # head on the terminal, in lines; empty: not on the terminal
+    short_cells: Sequence[str] | None = None  # briefer cells for the terminal
+    words: bool = False  # whether the cells are words, which stand to the left on the page
 
     @property
     def head(self) -> str:
@@ -64,30 +48,14 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Table of formatted cells, for the terminal and the page of a report.
+    """Table of formatted cells, for the terminal and the page of a report."""
 
-    Attributes
-    ----------
-    caption : str
-        Title.
-    columns : sequence of str
-        Heads.
-    rows : sequence of sequences of str
-        Cells; a line break is one.
-    words : sequence of int
-        Columns of words, which stand to the left on the page; numbers stand to the right.
-    note : str
-        Text below the table.
-    groups : sequence of str
-        Group of each row, if rows come in groups, which then have heads of their own.
-    """
-
-    caption: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    words: Sequence[int] = (0,)
-    note: str = ""
-    groups: Sequence[str] = ()
+    caption: str  # title
+    columns: Sequence[str]  # heads
+    rows: Sequence[Sequence[str]]  # cells; a line break is one
+    words: Sequence[int] = (0,)  # columns of words, which stand to the left on the page; numbers stand to the right
+    note: str = ""  # text below the table
+    groups: Sequence[str] = ()  # group of each row, if rows come in groups, which then have heads of their own
 
     kind = "table"
 

@@ -86,10 +86,7 @@ os.register_at_fork(after_in_child=_LIMIT.__init__)  # type: ignore[misc]
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Limit BLAS to one thread until all threads of the process that asked for it have left; also a decorator.
-
-    Inside, ``numpy_defaults`` hold.
-    """
+    """Limit BLAS to one thread until all threads of the process that asked for it have left; also a decorator."""
     _LIMIT.enter()
     try:
         with numpy_defaults():

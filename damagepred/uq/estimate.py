@@ -92,10 +92,7 @@ def probability(
     precision: float = 1.0,
     share: float = 1.0,
 ) -> Estimate:
-    """Estimate a probability.
-
-    The interval is Wilson's, for the number of equally weighted random samples that would have the same standard error.
-    """
+    """Estimate a probability."""
     hit = np.asarray(hit, dtype=np.float64)
     count = len(hit)
     heavy = np.ones(count) if weight is None else np.asarray(weight, dtype=np.float64)

@@ -328,11 +328,7 @@ def require_followed(walls: CategoryCapacities, wanted: MovementDistribution) ->
 def estimate_exceedance(
     walls: CategoryCapacities, at: float | MovementDistribution, confidence: float = 0.9
 ) -> Exceedance:
-    """Probability that walls have reached the category by a movement; of several movements, the mean.
-
-    The interval is Wilson's, with the effective number of walls of Greenwood's variance (Dorey and Korn 1987). Where no
-    wall was followed as far the estimate is NaN.
-    """
+    """Probability that walls have reached the category by a movement; of several movements, the mean (Wilson, Dorey and Korn 1987)."""
     at = as_distribution(at)
     short = censored_before(walls.lower, walls.upper, at.largest)
     lost = short & walls.failing
@@ -488,11 +484,7 @@ def running_probability(
     intensity: str | None = None,
     points: int = 60,
 ) -> Running:
-    """Estimate the probability of a category at a movement from increasing numbers of walls of a study with paths.
-
-    Each interval holds for its number of walls alone, not for a study that stops at a chosen one (see
-    ``damagepred.uq.stopping``). The last one equals ``damagepred.exceedance``.
-    """
+    """Estimate the probability of a category at a movement from increasing numbers of walls of a study with paths."""
     measure = chosen_intensity(ds, intensity)
     wanted = wanted_movement(ds, movement, measure)
     walls = category_capacities(ds, category, measure, wanted)

@@ -26,17 +26,10 @@ from damagepred.uq.random_streams import Stream, generator
 
 @dataclass(frozen=True)
 class GivenDataOptions:
-    """Numbers of walls of given-data sensitivity.
+    """Numbers of walls of given-data sensitivity."""
 
-    Attributes
-    ----------
-    fewest_walls : int
-        Walls below which it is refused.
-    bootstrap_walls : int
-        Walls in a resample at most; the error of more walls is scaled by the root of their number.
-    """
-
-    fewest_walls: int = 10
+    fewest_walls: int = 10  # walls below which it is refused
+    # walls in a resample at most; the error of more walls is scaled by the root of their number
     bootstrap_walls: int = 20_000
 
 

@@ -19,27 +19,18 @@ from damagepred.uq.marginals import Marginal, Table, breaks, from_normal
 
 @dataclass(frozen=True)
 class QuantileTableOptions:
-    """Accuracy and cells of a table of quantiles.
+    """Accuracy and cells of a table of quantiles."""
 
-    Attributes
-    ----------
-    tolerance : float
-        Largest error of a value, relative to the largest next to it, or to a millionth of the standard deviation (1).
-    largest_normal : float
-        Standard normals beyond are solved one by one: they are rarer than two in 10^9, and far beyond the quantiles of
-        scipy are not reliable.
-    initial_cell, smallest_cell : float
-        Width of the cells in standard normals; a cell of the smallest width without a good polynomial is solved one by
-        one, too.
-    degree : int
-        Degree of the polynomials.
-    """
-
+    # largest error of a value, relative to the largest next to it, or to a millionth of the standard deviation (1)
     tolerance: float = 3e-10
+    # standard normals beyond are solved one by one: they are rarer than two in 10^9, and far beyond the quantiles of
+    # scipy are not reliable
     largest_normal: float = 6.0
+    # width of the cells in standard normals; a cell of the smallest width without a good polynomial is solved one by
+    # one, too
     initial_cell: float = 0.5
     smallest_cell: float = 2e-4
-    degree: int = 7
+    degree: int = 7  # degree of the polynomials
 
 
 DEFAULT = QuantileTableOptions()
@@ -102,10 +93,7 @@ class JointQuantile:
 
 
 def _table(marginal: Marginal, options: QuantileTableOptions) -> tuple[FloatArray, FloatArray]:
-    """Edges of cells (n + 1,) and the coefficients of powers of the place in each from -1 to 1.
-
-    Cells are bisected until their polynomials meet the tolerance; coefficients are NaN where they never do.
-    """
+    """Edges of cells (n + 1,) and the coefficients of powers of the place in each from -1 to 1."""
     given, reach, degree = breaks(marginal), options.largest_normal, options.degree
     steps = round(2 * reach / options.initial_cell)
     edges = np.union1d(np.linspace(-reach, reach, steps + 1), given[np.abs(given) < reach])

@@ -20,11 +20,7 @@ def _ensemble(ensemble: ArrayLike) -> FloatArray:
 
 
 def crps(ensemble: ArrayLike, observed: ArrayLike) -> FloatArray:
-    """Continuous ranked probability score of each observation, in its unit; 0 is perfect.
-
-    It is E|X - y| - E|X - X'| / 2 with independent members X and X' of the ensemble (Gneiting and Raftery 2007), in the
-    form that is unbiased for the distribution that the members are drawn from.
-    """
+    """Continuous ranked probability score of each observation, unbiased (Gneiting and Raftery 2007); 0 is perfect."""
     x, y = _ensemble(ensemble), np.atleast_1d(np.asarray(observed, dtype=np.float64))
     n = x.size
     spread = 2.0 * float((2.0 * np.arange(n) - n + 1.0) @ x) / (n * (n - 1.0))
@@ -32,10 +28,7 @@ def crps(ensemble: ArrayLike, observed: ArrayLike) -> FloatArray:
 
 
 def pit(ensemble: ArrayLike, observed: ArrayLike) -> FloatArray:
-    """Probability integral transform of each observation: uniform from 0 to 1 if the prediction is right.
-
-    Members that equal the observation count half.
-    """
+    """Probability integral transform of each observation: uniform if the prediction is right; equal members count half."""
     x, y = _ensemble(ensemble), np.atleast_1d(np.asarray(observed, dtype=np.float64))
     sides = (np.searchsorted(x, y, side=side) for side in ("left", "right"))
     return np.asarray(sum(sides) / (2.0 * x.size), dtype=np.float64)
@@ -51,10 +44,7 @@ def coverage(ensemble: ArrayLike, observed: ArrayLike, share: float) -> float:
 
 
 def cov_interval(cov: float, count: int, confidence: float = 0.95) -> tuple[float, float]:
-    """Interval of a coefficient of variation that was estimated from a sample of lognormal values.
-
-    The variance of the logarithms has a chi-square interval, and ln(1 + cov^2) is that variance.
-    """
+    """Chi-square interval of a coefficient of variation, estimated from a sample of lognormal values."""
     from scipy.stats import chi2
 
     if not (cov >= 0 and count >= 2 and 0.0 < confidence < 1.0):

@@ -30,28 +30,15 @@ from damagepred.errors import InputError
 
 @dataclass(frozen=True)
 class SelectionOptions:
-    """Options of the search.
+    """Options of the search."""
 
-    Attributes
-    ----------
-    confidence : float
-        Probability that all decisions are right.
-    first, most : int
-        Samples of an alternative in the first round, and at most.
-    growth : float
-        Factor on the samples from round to round.
-    stakes : int
-        Number of stakes of the bounds by betting, spaced evenly in logarithm.
-    smallest_stake : float
-        The smallest of them, as a share of the capital; the largest is 1.
-    """
-
-    confidence: float = 0.95
+    confidence: float = 0.95  # probability that all decisions are right
+    # samples of an alternative in the first round, and at most
     first: int = 32
     most: int = 1024
-    growth: float = 2.0
-    stakes: int = 16
-    smallest_stake: float = 1e-3
+    growth: float = 2.0  # factor on the samples from round to round
+    stakes: int = 16  # number of stakes of the bounds by betting, spaced evenly in logarithm
+    smallest_stake: float = 1e-3  # the smallest of them, as a share of the capital; the largest is 1
 
     def rounds(self) -> list[int]:
         """Return the number of samples of an alternative in each round."""

@@ -38,11 +38,7 @@ def sobol_indices(
     resamples: int = 500,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Sobol's first and total indices of an output.
-
-    First order: Saltelli and others (2010), Computer Physics Communications 181, table 2 (b); total: Jansen (1999),
-    (f) there. Values are centred first, which takes most of the error from the former.
-    """
+    """Sobol's first (Saltelli and others 2010, table 2 b) and total indices (Jansen 1999) of an output."""
     names, y = list(variables), np.asarray(values, dtype=np.float64)
     if y.ndim != 1 or not names or len(y) % (len(names) + 2) or len(y) < 2 * (len(names) + 2):
         raise InputError(

@@ -30,24 +30,12 @@ LimitState = Callable[[FloatArray, IntArray], FloatArray]
 
 @dataclass(frozen=True)
 class SubsetOptions:
-    """Adaptation of the conditional sampler, and its size.
+    """Adaptation of the conditional sampler, and its size."""
 
-    Attributes
-    ----------
-    target_acceptance : float
-        Acceptance rate to which the step is adapted (1).
-    initial_step : float
-        Step s of the first level with chains (1).
-    smallest_step : float
-        Smallest step (1).
-    max_normals : int
-        Standard normals of a level beyond which it is refused.
-    """
-
-    target_acceptance: float = 0.44
-    initial_step: float = 0.6
-    smallest_step: float = 0.05
-    max_normals: int = 10**9
+    target_acceptance: float = 0.44  # acceptance rate to which the step is adapted (1)
+    initial_step: float = 0.6  # step s of the first level with chains (1)
+    smallest_step: float = 0.05  # smallest step (1)
+    max_normals: int = 10**9  # standard normals of a level beyond which it is refused
 
 
 DEFAULT = SubsetOptions()

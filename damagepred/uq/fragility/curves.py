@@ -353,10 +353,7 @@ def _without_form(alone: list[GroupedIntervals], walls: StudyCapacities, request
 
 
 def _shares_between(best: FloatArray, curves: FloatArray, cells: GroupedIntervals, confidence: float) -> FloatArray:
-    """Pointwise Wilson limits of the empirical curve, for the number of walls with the variance of the resamples.
-
-    Where the resamples are all alike (no wall damaged, or all), it is the effective number of walls.
-    """
+    """Pointwise Wilson limits of the empirical curve, for the number of walls with the variance of the resamples."""
     deviation = curves.std(axis=0, ddof=1)
     every = _effective(cells)
     equivalent = np.minimum(best * (1 - best) / np.maximum(deviation, 1e-12) ** 2, every)

@@ -35,10 +35,7 @@ from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 
 
 class Estimator(ABC):
-    """Maximum likelihood estimate of lognormal curves that are fitted together.
-
-    Parameters are 1/dispersion, and for each category ln(median)/dispersion.
-    """
+    """Maximum likelihood estimate of lognormal curves that are fitted together."""
 
     rows: LinearBounds | CategoryIntervals
 

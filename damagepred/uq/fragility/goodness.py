@@ -25,11 +25,7 @@ def distance(fit: Fit, empirical: Npmle) -> float:
 
 
 def _likelihood_ratio_statistic(fit: Fit, intervals: GroupedIntervals, options: FragilityOptions) -> float:
-    """Twice the log-likelihood ratio of the empirical curve over a fitted one, of one category.
-
-    It detects a wrong form in current-status data, too (each wall judged at one movement), where the largest distance
-    is a single step.
-    """
+    """Twice the log-likelihood ratio of the empirical curve over a fitted one, of one category."""
     lower, upper, weight = intervals.lower[0], intervals.upper[0], intervals.total
     empirical = turnbull(lower, upper, weight, options=options)
 
@@ -48,11 +44,7 @@ def p_value(
     random: np.random.Generator,
     options: FragilityOptions = DEFAULT,
 ) -> float:
-    """Probability that walls of the fitted curve have at least the misfit of these (parametric bootstrap).
-
-    Simulated walls are followed like the walls of the study: to the same movement, in the same increments, or in as
-    many equal ones where each wall has its own. NaN without repetitions.
-    """
+    """Probability that walls of the fitted curve have at least the misfit of these (parametric bootstrap)."""
     count = len(walls.weight)
     if repetitions == 0 or count > options.goodness_walls or np.ptp(walls.weight) > 0:
         return np.nan

@@ -144,10 +144,7 @@ def _products(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 class _RowLogLikelihood(NamedTuple):
-    """Log-likelihood of rows (resamples, rows), its gradient and Hessian by lower and upper bound of the normal.
-
-    Of an exact row the derivative of log(1 / dispersion) is left to the caller.
-    """
+    """Log-likelihood of rows (resamples, rows), its gradient and Hessian by lower and upper bound of the normal."""
 
     value: FloatArray
     lower: FloatArray
@@ -190,10 +187,7 @@ def _log_interval_probability(a: FloatArray, b: FloatArray) -> FloatArray:
 def maximise_likelihood(
     rows: LinearBounds | CategoryIntervals, weight: FloatArray, start: FloatArray, options: FragilityOptions = DEFAULT
 ) -> FloatArray:
-    """Parameters of the largest likelihood, array (resamples, parameters), by Newton's method.
-
-    Where the dispersion 1/p[0] is not between the smallest and the largest of the options, it has no finite estimate.
-    """
+    """Parameters of the largest likelihood, array (resamples, parameters), by Newton's method."""
     resamples, count = weight.shape
     smallest, largest = options.smallest_dispersion, options.largest_dispersion
     parameters = np.array(np.broadcast_to(start, (resamples, rows.parameters)), dtype=np.float64)

@@ -28,10 +28,7 @@ from damagepred.uq.fragility.options import FragilityOptions
 
 
 def sample_posterior(estimator: Estimator, random: np.random.Generator) -> FloatArray:
-    """Draw from the posterior of the parameters, array (draws, parameters).
-
-    Weighted walls count by their effective sample size (Kish).
-    """
+    """Draw from the posterior of the parameters, array (draws, parameters)."""
     best, options = estimator.estimate, estimator.options
     cells, single = estimator.cells, _is_current_status(estimator.cells)
     weight = cells.total * (_kish(cells.weight, cells.number) / cells.total.sum())

@@ -152,10 +152,7 @@ def _icm_step(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatAr
 
 
 def isotonic(lower: FloatArray, upper: FloatArray, weight: FloatArray) -> Npmle:
-    """Empirical curve of walls that are each known at one movement (current status data).
-
-    Pooled adjacent violators (Ayer and others 1955) are its maximum likelihood estimate.
-    """
+    """Empirical curve of walls known at one movement each: pooled adjacent violators (Ayer and others 1955)."""
     from scipy.optimize import isotonic_regression
 
     informative = (weight > 0) & ((lower > 0) | np.isfinite(upper))
