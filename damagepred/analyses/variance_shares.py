@@ -14,7 +14,7 @@ from damagepred.errors import InputError, nearest
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.capacity import category_number, require_categories
 from damagepred.uq.fragility import movement_measure, read_capacities
-from damagepred.uq.given_data import first_order, rank_correlation
+from damagepred.uq.sensitivity import first_order, rank_correlation
 
 
 class Output(NamedTuple):

@@ -107,6 +107,14 @@ Timeout = Annotated[
 MixVersions = Annotated[
     bool, typer.Option("--mix-versions", help="Go on although another version has solved walls; status will say so.")
 ]
+Confidence = Annotated[float, typer.Option(help="Of intervals and bands.", min=0.01, max=0.999)]
+Categories = Annotated[
+    str | None, typer.Option("--categories", help="Categories, such as 1,2 or slight,moderate; by default all.")
+]
+Extrapolated = Annotated[
+    bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond the movement of the walls.")
+]
+CsvFile = Annotated[Path | None, typer.Option("--csv", help="CSV file to write.", callback=output_check(".csv"))]
 Measure = Annotated[
     Literal["joint", "band"] | None,
     typer.Option("--measure", help="Width that makes the category: widest joint or crack band."),
@@ -191,6 +199,14 @@ def common(
 ) -> None:
     """How likely is each damage category of a masonry wall when the ground under it moves?"""  # noqa: D400
     context.with_resource(terminal.doing(DOING.get(context.invoked_subcommand or "", "loading the program")))
+
+
+def open_result(path: Path) -> xr.Dataset:
+    """Study of a folder, or the dataset of a file."""
+    from damagepred.archive.files import read_dataset
+    from damagepred.archive.folder import open_study
+
+    return open_study(path) if path.is_dir() else read_dataset(path)
 
 
 def say_pictures(files: Iterable[Path]) -> None:

@@ -3,49 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import typer
 
+from damagepred.cli import options as opt
 from damagepred.cli import terminal
-from damagepred.cli.options import (
-    Category,
-    FootingGap,
-    Full,
-    Intensity,
-    Json,
-    Measure,
-    MovementOrClass,
-    NetcdfFile,
-    Picture,
-    Quiet,
-    StudyFolderPath,
-    WallOrStudy,
-    Workers,
-    app,
-    keep_curves,
-    keep_wall,
-    output_check,
-    say_pictures,
-)
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from damagepred.uq.fragility import FragilityOptions
 
 
-@app.command()
+@opt.app.command()
 def estimate(
-    folder: StudyFolderPath,
-    category: Category,
-    at: MovementOrClass = "site",
-    confidence: Annotated[float, typer.Option(help="Of the interval.", min=0.01, max=0.999)] = 0.9,
+    folder: opt.StudyFolderPath,
+    category: opt.Category,
+    at: opt.MovementOrClass = "site",
+    confidence: opt.Confidence = 0.9,
     study_file: Annotated[
         Path | None, typer.Option("--study", help="Study file whose [study.epistemic] to take instead.")
     ] = None,
-    json: Json = False,
-    quiet: Quiet = False,
+    json: opt.Json = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Estimate a probability from a study: Monte Carlo error, failed walls and uncertain inputs apart."""
     from damagepred.analyses.epistemic import alternatives
@@ -62,20 +38,19 @@ def estimate(
         asked = {"category": category, "at": movement.name, "movement": points[0] if len(points) == 1 else points}
         terminal.print_json({**asked, "alternatives": values})
         return
-    for line in estimate_lines(estimates, category, movement):
-        terminal.say(line)
+    terminal.lines(estimate_lines(estimates, category, movement))
 
 
-@app.command()
+@opt.app.command()
 def compare(
     folders: Annotated[list[Path], typer.Argument(help="Study folders (*.dp); the first is the reference.")],
-    category: Category,
-    at: MovementOrClass = "site",
-    confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
-    output: NetcdfFile = None,
-    plot: Picture = None,
-    json: Json = False,
-    quiet: Quiet = False,
+    category: opt.Category,
+    at: opt.MovementOrClass = "site",
+    confidence: opt.Confidence = 0.9,
+    output: opt.NetcdfFile = None,
+    plot: opt.Picture = None,
+    json: opt.Json = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Compare studies: change of a probability of damage by each measure, with the same samples."""
     from damagepred.archive.folder import open_study
@@ -95,15 +70,14 @@ def compare(
     if json:
         terminal.print_json(comparison)
     terminal.say(f"P(category >= {category} at {movement.words})")
-    for line in comparison_lines(comparison, category, float(comparison["movement"][0])):
-        terminal.say(line)
+    terminal.lines(comparison_lines(comparison, category, float(comparison["movement"][0])))
     if movement.assumption:
         terminal.note(movement.assumption)
     if output is not None or plot is not None:
-        keep_curves(compare_studies(studies, categories=[category], confidence=confidence), output, plot)
+        opt.keep_curves(compare_studies(studies, categories=[category], confidence=confidence), output, plot)
 
 
-@app.command("infer")
+@opt.app.command("infer")
 def infer_command(
     files: Annotated[
         list[Path],
@@ -117,12 +91,12 @@ def infer_command(
     new_walls: Annotated[
         int, typer.Option("--new-walls", min=0, help="Walls a round that are run where too few samples are effective.")
     ] = 0,
-    workers: Workers = 1,
-    output: NetcdfFile = None,
-    plot: Picture = None,
-    json: Json = False,
-    full: Full = False,
-    quiet: Quiet = False,
+    workers: opt.Workers = 1,
+    output: opt.NetcdfFile = None,
+    plot: opt.Picture = None,
+    json: opt.Json = False,
+    full: opt.Full = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Infer movement and cause from observed cracks, levels and windows, and what further movement would bring."""
     from damagepred.analyses.back_analysis import InferenceOptions, infer, prices
@@ -139,7 +113,7 @@ def infer_command(
         posterior = infer(
             files[:-1], files[-1], workers=workers, options=options, on_replay=bar.update, on_walls=bar.walls
         )
-    keep_curves(posterior, output, plot)
+    opt.keep_curves(posterior, output, plot)
     terminal.cautions(posterior_cautions(posterior))
     if json:
         terminal.print_json(reported(posterior))
@@ -147,37 +121,32 @@ def infer_command(
     terminal.back_analysis(posterior)
 
 
-@app.command()
+@opt.app.command()
 def fragility(
-    folder: StudyFolderPath,
-    output: NetcdfFile = None,
-    plot: Picture = None,
-    csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write.", callback=output_check(".csv"))] = None,
+    folder: opt.StudyFolderPath,
+    output: opt.NetcdfFile = None,
+    plot: opt.Picture = None,
+    csv: opt.CsvFile = None,
     intensity: Annotated[
-        Intensity | None,
+        opt.Intensity | None,
         typer.Option(
             metavar="MEASURE",
-            help=f"Of the movement: {', '.join(get_args(Intensity))}; on mounds by default the first.",
+            help=f"Of the movement: {', '.join(get_args(opt.Intensity))}; on mounds by default the first.",
         ),
     ] = None,
     model: Annotated[
         Literal["separate", "common", "empirical"],
         typer.Option(help="A lognormal for each category, all of one dispersion (never cross), or no form."),
     ] = "separate",
-    confidence: Annotated[float, typer.Option(help="Of the band.", min=0.01, max=0.999)] = 0.9,
+    confidence: opt.Confidence = 0.9,
     bootstrap: Annotated[int, typer.Option(help="Resamples for the band.", min=0)] = 1000,
     goodness: Annotated[int, typer.Option(help="Times walls are made up to judge the fit.", min=0)] = 100,
     export: Annotated[
         Literal["pelicun", "openquake", "openquake-discrete"] | None,
         typer.Option("--export", help="Write for another program, beside -o or the study folder."),
     ] = None,
-    extrapolated: Annotated[
-        bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond the movement of the walls.")
-    ] = False,
-    categories: Annotated[
-        str | None,
-        typer.Option("--categories", help="Categories to fit, such as 1,2 or slight,moderate; by default all."),
-    ] = None,
+    extrapolated: opt.Extrapolated = False,
+    categories: opt.Categories = None,
     against: Annotated[
         str | None, typer.Option("--against", help="Input to fit a surface to, of the category of --categories.")
     ] = None,
@@ -185,43 +154,48 @@ def fragility(
         Path | None,
         typer.Option("--options", help="TOML file with options of the fit, for experts.", show_default=False),
     ] = None,
-    measure: Measure = None,
-    footing_gap: FootingGap = None,
-    json: Json = False,
-    full: Full = False,
-    quiet: Quiet = False,
+    measure: opt.Measure = None,
+    footing_gap: opt.FootingGap = None,
+    json: opt.Json = False,
+    full: opt.Full = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Fit fragility curves to a study."""
     from damagepred.archive.folder import open_study
+    from damagepred.cli.sentences import surface_lines
+    from damagepred.errors import InputError
     from damagepred.results.rejudge import footing_gap_note, judge_again
-    from damagepred.uq.fragility import fit_fragility
+    from damagepred.uq.fragility import fit_fragility, fit_surface
 
-    wanted = terminal.categories("--categories", categories) if categories else None
+    wanted = terminal.categories(categories)
     study = open_study(folder)
     if measure is not None or footing_gap is not None:
         study = judge_again(study, measure=measure, count_footing_gap=footing_gap)
+    fit: dict[str, Any] = {
+        "intensity": intensity,
+        "confidence": confidence,
+        "bootstrap": bootstrap,
+        "options": terminal.fragility_options(options),
+    }
     if against is not None:
-        chosen = terminal.fragility_options(options)
-        _fragility_surface(study, against, wanted, intensity, confidence, bootstrap, chosen, output, plot, json)
+        if wanted is None or len(wanted) != 1:
+            raise InputError("--against: a surface is of one category; name it, such as --categories 2.")
+        surface = fit_surface(study, wanted[0], against, **fit)
+        opt.keep_curves(surface, output, plot)
+        if json:
+            terminal.print_json(surface)
+        else:
+            terminal.lines(surface_lines(surface))
         return
-    curves = fit_fragility(
-        study,
-        model=model,
-        intensity=intensity,
-        categories=wanted,
-        confidence=confidence,
-        bootstrap=bootstrap,
-        goodness=goodness,
-        options=terminal.fragility_options(options),
-    )
-    keep_curves(curves, output, plot)
+    curves = fit_fragility(study, model=model, categories=wanted, goodness=goodness, **fit)
+    opt.keep_curves(curves, output, plot)
     if csv is not None:
         from damagepred.exports import curves_frame, write_csv
 
         write_csv(curves_frame(curves), csv)
         terminal.note(f"wrote {csv}")
         if intensity == "time":
-            from damagepred.results.year_tables import year_frame
+            from damagepred.results.tables import year_frame
 
             write_csv(year_frame(study, confidence), by_year := csv.with_stem(f"{csv.stem}_years"))
             terminal.note(f"wrote {by_year}")
@@ -240,7 +214,7 @@ def fragility(
         terminal.note(f"note: {note}")
 
 
-@app.command()
+@opt.app.command()
 def export(
     path: Annotated[Path, typer.Argument(help="Study folder (*.dp), or curves of fragility (*.nc).")],
     form: Annotated[
@@ -253,17 +227,12 @@ def export(
             "-o",
             "--output",
             help="File to write (csv, xml), by default beside the input.",
-            callback=output_check(".csv", ".xml"),
+            callback=opt.output_check(".csv", ".xml"),
         ),
     ] = None,
-    categories: Annotated[
-        str | None,
-        typer.Option("--categories", help="Categories to export, such as 1,2 or slight,moderate; by default all."),
-    ] = None,
-    extrapolated: Annotated[
-        bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond the movement of the walls.")
-    ] = False,
-    quiet: Quiet = False,
+    categories: opt.Categories = None,
+    extrapolated: opt.Extrapolated = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Write curves or walls for another program."""
     from damagepred.archive.files import read_dataset
@@ -271,7 +240,7 @@ def export(
     from damagepred.exports import curves_frame, export_curves, walls_frame, write_csv
     from damagepred.uq.fragility import fit_fragility
 
-    wanted = terminal.categories("--categories", categories) if categories else None
+    wanted = terminal.categories(categories)
     place = output or path.with_name(f"{path.stem}_{form}.csv")
     if form == "walls":
         write_csv(walls_frame(open_study(path)), place)
@@ -286,9 +255,9 @@ def export(
         terminal.note(f"wrote {file}")
 
 
-@app.command()
+@opt.app.command()
 def sensitivity(
-    folder: StudyFolderPath,
+    folder: opt.StudyFolderPath,
     category: Annotated[
         int | None,
         typer.Option("--category", parser=terminal.category, metavar="NUMBER|NAME", help="Category of the capacity."),
@@ -297,12 +266,12 @@ def sensitivity(
     at: Annotated[
         str | None, typer.Option("--at", metavar="site", help="Of damage at each wall's own movement.")
     ] = None,
-    plot: Picture = None,
-    output: NetcdfFile = None,
-    confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
-    json: Json = False,
-    full: Full = False,
-    quiet: Quiet = False,
+    plot: opt.Picture = None,
+    output: opt.NetcdfFile = None,
+    confidence: opt.Confidence = 0.9,
+    json: opt.Json = False,
+    full: opt.Full = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Rank the inputs of a study by their influence on damage: rank correlations and shares of variance."""
     from damagepred.analyses.variance_shares import study_sensitivity
@@ -318,32 +287,29 @@ def sensitivity(
     indices = study_sensitivity(
         open_study(folder), category=chosen, output=result, own_ground=at is not None, confidence=confidence
     )
-    keep_curves(indices, output, plot)
+    opt.keep_curves(indices, output, plot)
     if json:
         terminal.print_json(indices)
     else:
         terminal.sensitivity_tables(indices)
 
 
-@app.command()
+@opt.app.command()
 def plot(
-    path: WallOrStudy,
+    path: opt.WallOrStudy,
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder for pictures.", callback=output_check())
+        Path, typer.Option("-o", "--output", help="Folder for pictures.", callback=opt.output_check())
     ] = Path("pictures"),
     gif: Annotated[
         Path | None,
         typer.Option(
-            "--gif", help="Moving picture of a wall's path instead.", callback=output_check(".gif", new_folder=True)
+            "--gif", help="Moving picture of a wall's path instead.", callback=opt.output_check(".gif", new_folder=True)
         ),
     ] = None,
-    quiet: Quiet = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Draw a solved wall or a study."""
-    from damagepred.archive.files import read_dataset
-    from damagepred.archive.folder import open_study
-
-    ds = open_study(path) if path.is_dir() else read_dataset(path)
+    ds = opt.open_result(path)
     if gif is not None:
         from damagepred.errors import InputError
         from damagepred.plotting import save_animation
@@ -352,48 +318,46 @@ def plot(
             raise InputError(
                 f"--gif {gif}: goes with one wall; `damagepred replay {path} SAMPLE -o wall.nc` solves one."
             )
-        say_pictures([save_animation(ds, gif)])
+        opt.say_pictures([save_animation(ds, gif)])
         return
     if path.is_dir() or "sample" in ds.sizes:  # a study, or one judged again
         from damagepred.plotting import save_study_pictures
 
-        say_pictures(save_study_pictures(ds, output))
+        opt.say_pictures(save_study_pictures(ds, output))
         return
     if "contact_opening" not in ds:
         from damagepred.errors import InputError
 
         raise InputError(f"{path}: is not the result of solve or replay (it has no contact_opening).")
-    keep_wall(ds, None, output)
+    opt.keep_wall(ds, None, output)
 
 
-@app.command("scales")
+@opt.app.command("scales")
 def scales_command(
-    path: WallOrStudy,
+    path: opt.WallOrStudy,
     increment: Annotated[
         int | None, typer.Option("--increment", help="Of which increment; by default of all.", min=0)
     ] = None,
-    output: NetcdfFile = None,
-    plot: Picture = None,
-    json: Json = False,
-    full: Full = False,
-    quiet: Quiet = False,
+    output: opt.NetcdfFile = None,
+    plot: opt.Picture = None,
+    json: opt.Json = False,
+    full: opt.Full = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Judge a wall or a study by all published scales and limits that ship, and show their agreement."""
-    from damagepred.archive.files import read_dataset
-    from damagepred.archive.folder import open_study
     from damagepred.results.scales import compare_scales
 
-    agreement = compare_scales(open_study(path) if path.is_dir() else read_dataset(path), increment)
-    keep_curves(agreement, output, plot)
+    agreement = compare_scales(opt.open_result(path), increment)
+    opt.keep_curves(agreement, output, plot)
     if json:
         terminal.print_json(agreement)
         return
     terminal.scales(agreement)
 
 
-@app.command()
+@opt.app.command()
 def report(
-    path: WallOrStudy,
+    path: opt.WallOrStudy,
     measures: Annotated[
         list[Path] | None, typer.Argument(help="Folders of the same study with measures, to compare.")
     ] = None,
@@ -403,14 +367,14 @@ def report(
             "-o",
             "--output",
             help="HTML file to write; by default beside the input.",
-            callback=output_check(".html", ".htm"),
+            callback=opt.output_check(".html", ".htm"),
         ),
     ] = None,
     at: Annotated[
         str | None,
         typer.Option("--at", help='Movement ("60 mm"), site class ("H1") or "site", for which the summary answers.'),
     ] = None,
-    confidence: Annotated[float, typer.Option(help="Of bands and intervals.", min=0.01, max=0.999)] = 0.9,
+    confidence: opt.Confidence = 0.9,
     bootstrap: Annotated[int, typer.Option(help="Resamples for the bands of curves.", min=0)] = 1000,
     no_replay: Annotated[
         bool, typer.Option("--no-replay", help="Do not solve a typical wall of a study again to draw it.")
@@ -418,7 +382,7 @@ def report(
     posterior: Annotated[
         Path | None, typer.Option("--posterior", help="Back-analysis of the study (infer -o), which gets a section.")
     ] = None,
-    quiet: Quiet = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Write one self-contained page about a solved wall or a study."""
     from damagepred.report import write_report
@@ -437,38 +401,3 @@ def report(
             on_step=bar.step,
         )
     terminal.note(f"wrote {place}")
-
-
-def _fragility_surface(
-    study: xr.Dataset,
-    second: str,
-    categories: list[int] | None,
-    intensity: Intensity | None,
-    confidence: float,
-    bootstrap: int,
-    options: FragilityOptions,
-    output: Path | None,
-    plot: Path | None,
-    json: bool,
-) -> None:
-    from damagepred.cli.sentences import surface_lines
-    from damagepred.errors import InputError
-    from damagepred.uq.fragility import fit_surface
-
-    if categories is None or len(categories) != 1:
-        raise InputError("--against: a surface is of one category; name it, such as --categories 2.")
-    surface = fit_surface(
-        study,
-        categories[0],
-        second,
-        intensity=intensity,
-        confidence=confidence,
-        bootstrap=bootstrap,
-        options=options,
-    )
-    keep_curves(surface, output, plot)
-    if json:
-        terminal.print_json(surface)
-        return
-    for line in surface_lines(surface):
-        terminal.say(line)

@@ -5,57 +5,32 @@ from __future__ import annotations
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from damagepred.cli import options as opt
 from damagepred.cli import terminal
-from damagepred.cli.options import (
-    BAD_INPUT,
-    INTERRUPTED,
-    SOME_FAILED,
-    AtMovement,
-    Category,
-    Full,
-    Json,
-    MixVersions,
-    MovementOrClass,
-    NetcdfFile,
-    Picture,
-    Quiet,
-    Seed,
-    StudyFile,
-    StudyFolderPath,
-    Timeout,
-    Workers,
-    Yes,
-    app,
-    keep_curves,
-    output_check,
-)
 from damagepred.cli.walls import _ask_back, _say_ground
 
-if TYPE_CHECKING:
-    pass
 
-
-@app.command()
+@opt.app.command()
 def study(
-    file: StudyFile,
+    file: opt.StudyFile,
     samples: Annotated[int | None, typer.Option("-n", "--samples", min=1, help="Walls in all.")] = None,
-    workers: Workers = 1,
+    workers: opt.Workers = 1,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Study folder (*.dp).", callback=output_check())
+        Path | None, typer.Option("-o", "--output", help="Study folder (*.dp).", callback=opt.output_check())
     ] = None,
-    seed: Seed = None,
-    timeout: Timeout = None,
+    seed: opt.Seed = None,
+    timeout: opt.Timeout = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run failed walls again.")] = False,
-    mix_versions: MixVersions = False,
+    mix_versions: opt.MixVersions = False,
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", help="Run on the workers of this Dask scheduler (tcp://HOST:PORT).")
     ] = None,
-    yes: Yes = False,
-    quiet: Quiet = False,
+    yes: opt.Yes = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Run a Monte Carlo study; the same command resumes it, a larger -n extends it."""
     from damagepred.archive.cautions import STUDIED, study_cautions
@@ -87,8 +62,7 @@ def study(
         )
     summary = ending.summary
     if settings.study.stop_when is not None or ending.reason == "time":
-        for line in ending_lines(ending, settings.study.stop_when):
-            terminal.say(line)
+        terminal.lines(ending_lines(ending, settings.study.stop_when))
     if ending.reason == "time":
         summary = replace(summary, total=summary.done, interrupted=False)
     word = "interrupted" if summary.interrupted else "complete"
@@ -99,20 +73,20 @@ def study(
     terminal.cautions(study_cautions(StudyFolder(folder).results(STUDIED)))
     if summary.interrupted:
         terminal.say("all finished walls are stored; the same command goes on from here")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(opt.INTERRUPTED)
     if summary.failed:
         terminal.say(f"reasons of the failures: {folder / 'failures'}", error=True)
-        raise typer.Exit(SOME_FAILED)
+        raise typer.Exit(opt.SOME_FAILED)
 
 
-@app.command()
+@opt.app.command()
 def status(
-    folder: StudyFolderPath,
+    folder: opt.StudyFolderPath,
     watch: Annotated[bool, typer.Option("--watch", help="Show it again and again, until all is done.")] = False,
     every: Annotated[float, typer.Option("--every", min=0.1, help="Seconds between two looks of --watch.")] = 5.0,
-    json: Json = False,
-    full: Full = False,
-    quiet: Quiet = False,
+    json: opt.Json = False,
+    full: opt.Full = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Show walls done, failed and left, and the present estimate; the study may be running."""
     from damagepred.campaign.status import study_status, watching
@@ -128,7 +102,7 @@ def status(
         terminal.status(report)
 
 
-@app.command()
+@opt.app.command()
 def verify(
     path: Annotated[Path, typer.Argument(help="Study folder (*.dp), or file (*.nc).", show_default=False)],
     samples: Annotated[
@@ -140,48 +114,46 @@ def verify(
 
     verification = verify_archive(path, samples, terminal.say)
     said = [*verification.damaged, *verification.differing, *verification.notes]
-    for line in (*said, f"files checked: {verification.files}; damaged: {len(verification.damaged) or 'none'}"):
-        terminal.say(line)
+    terminal.lines([*said, f"files checked: {verification.files}; damaged: {len(verification.damaged) or 'none'}"])
     if verification.damaged:
         if path.is_dir():
             terminal.say(f"next: damagepred repair {path}", error=True)
-        raise typer.Exit(BAD_INPUT)
+        raise typer.Exit(opt.BAD_INPUT)
     if verification.differing:
-        raise typer.Exit(SOME_FAILED)
+        raise typer.Exit(opt.SOME_FAILED)
 
 
-@app.command()
-def repair(folder: StudyFolderPath) -> None:
+@opt.app.command()
+def repair(folder: opt.StudyFolderPath) -> None:
     """Rebuild derived files of a study folder; set damaged files aside, so that `study` solves their walls again."""
     from damagepred.campaign.verify import repair as repair_folder
 
-    for line in repair_folder(folder) or [f"{folder}: nothing to repair"]:
-        terminal.say(line)
+    terminal.lines(repair_folder(folder) or [f"{folder}: nothing to repair"])
 
 
-@app.command()
+@opt.app.command()
 def rare(
-    file: StudyFile,
-    category: Category,
-    at: AtMovement,
+    file: opt.StudyFile,
+    category: opt.Category,
+    at: opt.AtMovement,
     samples: Annotated[
         int | None, typer.Option("-n", "--samples", min=10, help="Walls a level of a run; 200 in a new folder.")
     ] = None,
     runs: Annotated[
         int | None, typer.Option("--runs", min=1, help="Independent runs, which tell the error; 5 in a new folder.")
     ] = None,
-    workers: Workers = 1,
+    workers: opt.Workers = 1,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder (*.rare).", callback=output_check())
+        Path | None, typer.Option("-o", "--output", help="Folder (*.rare).", callback=opt.output_check())
     ] = None,
-    seed: Seed = None,
+    seed: opt.Seed = None,
     level_share: Annotated[float, typer.Option(help="Share of a level's walls that the next starts from.")] = 0.1,
     reach: Annotated[float, typer.Option(help="Factor on the movement to which walls are solved.")] = 2.0,
-    timeout: Timeout = None,
-    yes: Yes = False,
-    mix_versions: MixVersions = False,
-    json: Json = False,
-    quiet: Quiet = False,
+    timeout: opt.Timeout = None,
+    yes: opt.Yes = False,
+    mix_versions: opt.MixVersions = False,
+    json: opt.Json = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Estimate a small probability of damage by subset simulation; the same command resumes it."""
     from damagepred.analyses.limit_state import Question
@@ -209,24 +181,23 @@ def rare(
     )
     if json:
         terminal.print_json(result)
-    for line in rare_lines(result, question):
-        terminal.say(line)
+    terminal.lines(rare_lines(result, question))
     if result.failed:
-        raise typer.Exit(SOME_FAILED)
+        raise typer.Exit(opt.SOME_FAILED)
 
 
-@app.command("design")
+@opt.app.command("design")
 def design_command(
     file: Annotated[Path, typer.Argument(help="File of the choices (TOML).", show_default=False)],
-    workers: Workers = 1,
+    workers: opt.Workers = 1,
     folder: Annotated[
-        Path | None, typer.Option("--folder", help="Folder of the alternatives' studies.", callback=output_check())
+        Path | None, typer.Option("--folder", help="Folder of the alternatives' studies.", callback=opt.output_check())
     ] = None,
-    output: NetcdfFile = None,
-    plot: Picture = None,
-    json: Json = False,
-    full: Full = False,
-    quiet: Quiet = False,
+    output: opt.NetcdfFile = None,
+    plot: opt.Picture = None,
+    json: opt.Json = False,
+    full: opt.Full = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Search the cheapest alternative with unlikely damage, or the least expected cost; the same command resumes."""
     from damagepred.analyses.design_search import price_of_search, search_design
@@ -240,33 +211,33 @@ def design_command(
             on_round=lambda size, count: terminal.note(f"{count} alternatives, {size} samples each"),
             on_walls=bar.walls,
         )
-    keep_curves(search, output, plot)
+    opt.keep_curves(search, output, plot)
     if json:
         terminal.print_json(search)
         return
     terminal.design_search(search)
 
 
-@app.command("portfolio")
+@opt.app.command("portfolio")
 def portfolio_command(
     houses: Annotated[Path, typer.Argument(help="Table of houses (CSV, xlsx), one row each.", show_default=False)],
-    file: StudyFile,
+    file: opt.StudyFile,
     samples: Annotated[int | None, typer.Option("-n", "--samples", min=1, help="Walls per house.")] = None,
-    workers: Workers = 1,
+    workers: opt.Workers = 1,
     folder: Annotated[
-        Path | None, typer.Option("--folder", help="Folder of the houses' studies.", callback=output_check())
+        Path | None, typer.Option("--folder", help="Folder of the houses' studies.", callback=opt.output_check())
     ] = None,
-    at: MovementOrClass = "site",
-    output: NetcdfFile = None,
+    at: opt.MovementOrClass = "site",
+    output: opt.NetcdfFile = None,
     table: Annotated[
         Path | None,
-        typer.Option("--table", help="Table to write (csv, gpkg).", callback=output_check(".csv", ".gpkg")),
+        typer.Option("--table", help="Table to write (csv, gpkg).", callback=opt.output_check(".csv", ".gpkg")),
     ] = None,
     crs: Annotated[str | None, typer.Option("--crs", help="Coordinate system of eastings, such as EPSG:28354.")] = None,
-    plot: Picture = None,
-    json: Json = False,
-    full: Full = False,
-    quiet: Quiet = False,
+    plot: opt.Picture = None,
+    json: opt.Json = False,
+    full: opt.Full = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Assess a street: one row per house in, one row per house out; the same command resumes."""
     from damagepred.analyses.portfolio import assess_portfolio, map_columns, price_of_portfolio, write_portfolio
@@ -292,10 +263,10 @@ def portfolio_command(
     if table is not None:
         write_portfolio(street, table, crs)
         terminal.note(f"wrote {table}")
-    keep_curves(street, output, plot)
+    opt.keep_curves(street, output, plot)
     if json:
         terminal.print_json(street)
     else:
         terminal.portfolio(street)
     if street["failed"].any():
-        raise typer.Exit(SOME_FAILED)
+        raise typer.Exit(opt.SOME_FAILED)

@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass, replace
 from typing import IO, TYPE_CHECKING, Any, Self, cast
 
@@ -235,6 +235,12 @@ def say(message: str, *, error: bool = False) -> None:
         console.print(escaped(message), soft_wrap=not console.is_terminal)
 
 
+def lines(messages: Iterable[str]) -> None:
+    """Print messages, each on lines of its own."""
+    for message in messages:
+        say(message)
+
+
 def note(message: str) -> None:
     """Print a message that is no result, unless output is to be quiet."""
     if not FORM.quiet:
@@ -281,13 +287,9 @@ def markdown(text: str) -> None:
 def quantity(option: str, text: str, unit: str) -> float:
     """Read a number with a unit from the command line."""
     from damagepred.errors import InputError
-    from damagepred.scene.quantity import to_si
+    from damagepred.scene.quantity import is_number, to_si
 
-    try:
-        float(text)
-    except ValueError:
-        pass
-    else:
+    if is_number(text):
         raise InputError(f"{option} {text}: give the unit with the number, such as '{text} mm' or '{text} m'.")
     try:
         return to_si(text, unit)
@@ -309,14 +311,14 @@ def fragility_options(file: Path | None) -> FragilityOptions:
     return build(FragilityOptions, tables, str(file))
 
 
-def categories(option: str, text: str) -> list[int]:
-    """Read a list of damage categories, parted by commas, from the command line."""
+def categories(text: str | None) -> list[int] | None:
+    """Damage categories of --categories, parted by commas."""
     from damagepred.errors import InputError
 
     try:
-        return [category(word.strip()) for word in text.split(",")]
+        return [category(word.strip()) for word in text.split(",")] if text else None
     except InputError as error:
-        raise InputError(f"{option} {error}") from None
+        raise InputError(f"--categories {error}") from None
 
 
 def category(text: str) -> int:
@@ -358,9 +360,10 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
         say(f"not shown: {', '.join(left)}; --full shows them")
 
 
-def show(shown: Table) -> None:
-    """Print a table of results."""
-    table(shown.caption, shown.columns, shown.rows)
+def show(*tables: Table) -> None:
+    """Print tables of results."""
+    for shown in tables:
+        table(shown.caption, shown.columns, shown.rows)
 
 
 def _parts_that_fit(columns: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> list[list[int]]:
@@ -475,8 +478,7 @@ def status(report: StudyStatus) -> None:
     """Print the status of a study, and the shares of its categories."""
     from damagepred.cli.sentences import status_lines
 
-    for line in status_lines(report):
-        say(line)
+    lines(status_lines(report))
     title = "Share of walls by category reached by the end of the movement"
     table(title, ["category", "walls", "share", "or worse", "90 % interval", "failed counted"], share_rows(report))
 
@@ -500,8 +502,7 @@ def back_analysis(posterior: xr.Dataset) -> None:
     from damagepred.analyses.posterior_tables import posterior_tables
     from damagepred.report.answers import posterior_answer
 
-    for shown in posterior_tables(posterior):
-        show(shown)
+    show(*posterior_tables(posterior))
     say(posterior_answer(posterior))
 
 
@@ -542,10 +543,8 @@ def design_search(search: xr.Dataset) -> None:
         worst, largest = str(search["alternative"].values[np.nanargmax(doubt)]), f"{np.nanmax(doubt):{digits}}"
         count_as = "need the dearest repair" if by_cost else "be damaged"
         say(f"walls that failed, or were not followed as far, are taken to {count_as}: {largest} of '{worst}' at most")
-    if not search.attrs["chosen"]:
-        say("no alternative is known to meet the target")
-    else:
-        say(f"chosen: {search.attrs['chosen']}")
+    chosen = search.attrs["chosen"]
+    say(f"chosen: {chosen}" if chosen else "no alternative is known to meet the target")
     if by_cost:
         say(f"its expected cost exceeds the least by {search.attrs['regret']:.0f} at most")
     if search.attrs["sure"]:
@@ -591,8 +590,7 @@ def wall_table(ds: xr.Dataset) -> None:
     from damagepred.results.tables import Table, energy_rows, path_columns, quality_rows
 
     show(Table.brief(ds.attrs["title"], path_columns(ds)))
-    for line in zones_lines(ds):
-        say(line)
+    lines(zones_lines(ds))
     say("; ".join(" ".join(filter(None, row)) for row in quality_rows(ds)))
     if energy := energy_rows(ds):
         say("energy (J): " + "; ".join(f"{what} {value}" for what, value in energy))
@@ -601,8 +599,7 @@ def wall_table(ds: xr.Dataset) -> None:
 
 def cautions(said: Sequence[str]) -> None:
     """Print cautions on the solution of walls."""
-    for line in said:
-        say(f"caution: {line}")
+    lines(f"caution: {line}" for line in said)
 
 
 def crack_table(cracks: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None:
@@ -642,8 +639,7 @@ def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
         at = [column.name for column in columns].index("category")
         columns[at : at + 1] = Column("", was, short="category\nbefore"), replace(columns[at], short="category\nafter")
         show(Table.brief(f"{title}: judged again", columns))
-    for line in (*str(after.attrs["judgement"]).split("; "), *_levels(after)):
-        say(line)
+    lines([*str(after.attrs["judgement"]).split("; "), *_levels(after)])
 
 
 def scales(agreement: xr.Dataset) -> None:
@@ -699,14 +695,12 @@ def fragility_table(curves: xr.Dataset) -> None:
             if why not in WITH_CURVE:
                 say(f"category {category}: {why}")
     say(f"categories by the {measure_in_words(curves)}")
-    for line in curve_notes(curves):
-        say(line)
+    lines(curve_notes(curves))
 
 
 def year_table(ds: xr.Dataset, confidence: float) -> None:
     """Print the probability of each category by year, of the worst category up to then and of the present one."""
-    from damagepred.results.tables import Table
-    from damagepred.results.year_tables import year_columns
+    from damagepred.results.tables import Table, year_columns
 
     show(Table.brief(f"{ds.attrs['title']}: share of walls by year", year_columns(ds, confidence)))
 

@@ -7,33 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from damagepred.cli import options as opt
 from damagepred.cli import terminal
-from damagepred.cli.options import (
-    FootingGap,
-    Full,
-    Json,
-    Measure,
-    NetcdfFile,
-    PictureFolder,
-    PictureOrFolder,
-    Quiet,
-    SceneOrStudyFile,
-    StudyFolderPath,
-    Timeout,
-    WallOrStudy,
-    Yes,
-    app,
-    exit_code,
-    keep_wall,
-    output_check,
-)
 
 if TYPE_CHECKING:
     from damagepred.campaign.settings import StudySettings
     from damagepred.scene import Scene
 
 
-@app.command()
+@opt.app.command()
 def new(
     file: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],
     template: Annotated[
@@ -56,14 +38,14 @@ def new(
     terminal.note(what_moves(described if settings is None else settings.mean_wall()[0]))
 
 
-@app.command()
+@opt.app.command()
 def check(
-    file: SceneOrStudyFile,
-    plot: PictureOrFolder = None,
-    yes: Yes = False,
-    json: Json = False,
-    full: Full = False,
-    quiet: Quiet = False,
+    file: opt.SceneOrStudyFile,
+    plot: opt.PictureOrFolder = None,
+    yes: opt.Yes = False,
+    json: opt.Json = False,
+    full: opt.Full = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Validate and draw a file, solve one wall of it and estimate the cost of the whole run."""
     from damagepred.assembly import Limits
@@ -82,20 +64,19 @@ def check(
     if json:
         terminal.print_json(estimate, without=["cautions", "accuracy", "ground", "site", "wall", "moving", "sampled"])
         return
-    for line in cost_lines(estimate, full):
-        terminal.say(line)
+    terminal.lines(cost_lines(estimate, full))
 
 
-@app.command()
+@opt.app.command()
 def solve(
-    file: SceneOrStudyFile,
-    output: NetcdfFile = None,
-    plot: PictureFolder = None,
+    file: opt.SceneOrStudyFile,
+    output: opt.NetcdfFile = None,
+    plot: opt.PictureFolder = None,
     no_zones: Annotated[bool, typer.Option("--no-zones", help="Keep no stresses in deformable blocks.")] = False,
-    timeout: Timeout = None,
-    yes: Yes = False,
-    full: Full = False,
-    quiet: Quiet = False,
+    timeout: opt.Timeout = None,
+    yes: opt.Yes = False,
+    full: opt.Full = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Solve one wall; of a study file, the wall with every variable at its mean."""
     from damagepred.assembly import Limits
@@ -115,47 +96,47 @@ def solve(
             store_zones=not no_zones,
             limits=Limits.asked(yes, timeout),
         )
-    keep_wall(ds, output, plot)
+    opt.keep_wall(ds, output, plot)
     if settings is not None:
         from damagepred.analyses.mean_wall import beyond_mean_wall
 
         terminal.say(f"{mean_wall}\n{beyond_mean_wall(ds, settings, file)}")
     terminal.wall_table(ds)
     _say_ground(described, settings)
-    raise typer.Exit(exit_code(ds))
+    raise typer.Exit(opt.exit_code(ds))
 
 
-@app.command()
+@opt.app.command()
 def replay(
-    folder: StudyFolderPath,
+    folder: opt.StudyFolderPath,
     sample: Annotated[int, typer.Argument(help="Number of the sample, from 0.", min=0, show_default=False)],
-    output: NetcdfFile = None,
-    plot: PictureFolder = None,
-    full: Full = False,
-    quiet: Quiet = False,
+    output: opt.NetcdfFile = None,
+    plot: opt.PictureFolder = None,
+    full: opt.Full = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Solve one wall of a study again, the very same, and keep all its fields."""
     from damagepred.campaign.replay import replay as replay_sample
 
     with terminal.Bar(f"sample {sample}") as bar:
         ds, comparison = replay_sample(folder, sample, on_step=bar.step)
-    keep_wall(ds, output, plot)
+    opt.keep_wall(ds, output, plot)
     terminal.wall_table(ds)
     terminal.say(comparison)
-    raise typer.Exit(exit_code(ds))
+    raise typer.Exit(opt.exit_code(ds))
 
 
-@app.command("cracks")
+@opt.app.command("cracks")
 def cracks_command(
     file: Annotated[Path, typer.Argument(help="Result of solve or replay (*.nc).", show_default=False, is_eager=True)],
     csv: Annotated[
         Path | None,
-        typer.Option("--csv", help="CSV file to write, with all increments.", callback=output_check(".csv")),
+        typer.Option("--csv", help="CSV file to write, with all increments.", callback=opt.output_check(".csv")),
     ] = None,
-    output: NetcdfFile = None,
-    json: Json = False,
-    full: Full = False,
-    quiet: Quiet = False,
+    output: opt.NetcdfFile = None,
+    json: opt.Json = False,
+    full: opt.Full = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Show the cracks of a solved wall at the end of its path, one by one."""
     from damagepred.archive.files import read_dataset
@@ -167,16 +148,16 @@ def cracks_command(
     if csv is not None:
         write_csv(crack_frame(cracks, None), csv, index=False)
         terminal.note(f"wrote {csv}")
-    keep_wall(cracks, output)
+    opt.keep_wall(cracks, output)
     if json:
         terminal.print_json(crack_frame(cracks))
     else:
         terminal.crack_table(cracks, crack_frame(cracks))
 
 
-@app.command("judge")
+@opt.app.command("judge")
 def judge_command(
-    path: WallOrStudy,
+    path: opt.WallOrStudy,
     table: Annotated[
         str | None, typer.Option("--table", help="as2870, bre251, or a file (*.toml) written like data/damage.")
     ] = None,
@@ -190,21 +171,19 @@ def judge_command(
     group_distance: Annotated[
         str | None, typer.Option("--group-distance", help='Within which they lie, such as "1 m"; of one wall only.')
     ] = None,
-    measure: Measure = None,
-    footing_gap: FootingGap = None,
+    measure: opt.Measure = None,
+    footing_gap: opt.FootingGap = None,
     band_gauge: Annotated[
         str | None, typer.Option("--band-gauge", help='Length laid across a band, such as "1 m"; of one wall only.')
     ] = None,
-    output: NetcdfFile = None,
-    full: Full = False,
-    quiet: Quiet = False,
+    output: opt.NetcdfFile = None,
+    full: opt.Full = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Judge a wall or a study again under another damage table or other rules, without solving it."""
-    from damagepred.archive.files import read_dataset
-    from damagepred.archive.folder import open_study
     from damagepred.results.rejudge import judge_again
 
-    before = open_study(path) if path.is_dir() else read_dataset(path)
+    before = opt.open_result(path)
     after = judge_again(
         before,
         table=table,
@@ -216,12 +195,12 @@ def judge_command(
         count_footing_gap=footing_gap,
         band_gauge=None if band_gauge is None else terminal.quantity("--band-gauge", band_gauge, "m"),
     )
-    keep_wall(after, output)
+    opt.keep_wall(after, output)
     terminal.judged_again(before, after)
 
 
-@app.command("materials")
-def materials_command(json: Json = False, quiet: Quiet = False) -> None:
+@opt.app.command("materials")
+def materials_command(json: opt.Json = False, quiet: opt.Quiet = False) -> None:
     """List the masonry of the library: values, scatter, source and confidence."""
     from damagepred.formatting import quantity
     from damagepred.scene import Scene, masonry_library

@@ -1,8 +1,7 @@
 """Exports of fragility curves and studies: files and tables for other programs."""
 
-from damagepred.exports.arviz import to_arviz
 from damagepred.exports.files import FORMATS, export_curves, export_place, write_csv
-from damagepred.exports.frames import curves_frame, frame, parameters_frame, walls_frame
+from damagepred.exports.frames import curves_frame, frame, parameters_frame, to_arviz, walls_frame
 from damagepred.exports.openquake import openquake_xml
 from damagepred.exports.pelicun import pelicun_config, pelicun_frame
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import CATEGORY_VARIABLES
+from damagepred.archive.schema import CATEGORY_VARIABLES, VARIABLES
 from damagepred.enumerations import SampleStatus, flag_meanings
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
@@ -105,14 +105,8 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
         names = flag_meanings(SampleStatus)
         frame["status"] = [names[s] for s in ds["status"].values]
     for name in (
-        "damage_category",
-        "damage_category_band",
-        "crack_width_max",
-        "crack_band_width_max",
-        "dpc_opening_max",
-        "footing_opening_max",
-        "central_deflection",
-        "deflection_ratio",
+        *("damage_category", "damage_category_band", "crack_width_max", "crack_band_width_max", "dpc_opening_max"),
+        *("footing_opening_max", "central_deflection", "deflection_ratio"),
     ):
         if name in ds.variables and ds[name].dims == ("sample", "increment"):
             values = ds[name].values
@@ -156,3 +150,44 @@ def require_results(ds: xr.Dataset, names: Iterable[str], source: str) -> None:
     """Refuse a dataset without variables or coordinates that ``source`` provides."""
     if missing := [name for name in names if name not in ds.variables and name not in ds.dims]:
         raise InputError(f"the dataset has no {missing[0]}; take one that {source} returns.")
+
+
+@checked
+def to_arviz(ds: xr.Dataset) -> Any:
+    """Study in the groups of ArviZ; all samples, also failed and missing ones, are draws of one chain.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Study from ``damagepred.open_study``. ArviZ supports neither weights nor missing samples: select the samples
+        first, such as ``ds.isel(sample=ds["status"] < 2)``.
+
+    Returns
+    -------
+    arviz.InferenceData or xarray.DataTree
+        ``prior`` has the inputs, ``prior_predictive`` the results, ``sample_stats_prior`` status and run time.
+
+    Raises
+    ------
+    InputError
+        If ArviZ is not installed, or the dataset is of no study.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> data = damagepred.to_arviz(damagepred.open_study("house.dp"))  # doctest: +SKIP
+    """
+    try:
+        import arviz
+    except ImportError:
+        raise InputError("to_arviz needs ArviZ; install it with `pip install damagepred[arviz]`.") from None
+    require_results(ds, ("sample", "status"), "open_study")
+    names: dict[str, list[str]] = {"prior": [], "prior_predictive": [], "sample_stats_prior": []}
+    for name in map(str, ds.data_vars):
+        of_sample = name in VARIABLES and VARIABLES[name].dims == ("sample",) and not name.startswith("end_")
+        group = "sample_stats_prior" if of_sample else "prior_predictive"
+        names[group if name in VARIABLES else "prior"].append(name)
+    draws = ds.rename(sample="draw")
+    groups = {group: draws[members].expand_dims(chain=[0]) for group, members in names.items() if members}
+    # ArviZ 1 uses the tree of xarray
+    return arviz.InferenceData(**groups) if hasattr(arviz, "InferenceData") else xr.DataTree.from_dict(groups)

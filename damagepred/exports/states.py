@@ -12,7 +12,7 @@ from scipy import special
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
-from damagepred.uq.fragility.describe import lognormal_of
+from damagepred.uq.fragility.describe import Lognormal, lognormal_of
 from damagepred.uq.intensity import movement_words
 
 RARE = 1e-3
@@ -35,9 +35,8 @@ class LimitStates:
 
     def probability(self, intensity: FloatArray) -> FloatArray:
         """Probability of having reached each category (c, n) at n intensities."""
-        with np.errstate(divide="ignore"):
-            distance = np.log(np.asarray(intensity, dtype=np.float64)) - np.log(self.median)[:, None]
-        return special.ndtr(distance / self.dispersion[:, None])
+        none = np.zeros_like(self.median)
+        return Lognormal(self.median, self.dispersion, none, none > 0).probability(intensity)
 
 
 def limit_states(

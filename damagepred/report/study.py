@@ -30,8 +30,7 @@ from damagepred.report.summary import answers, asked_movement, influences, study
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
 from damagepred.results.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words
-from damagepred.results.tables import Table, curve_columns, worst_category_columns
-from damagepred.results.year_tables import year_columns
+from damagepred.results.tables import Table, curve_columns, worst_category_columns, year_columns
 from damagepred.uq.exceedance import own_movements
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.options import DEFAULT

@@ -42,6 +42,15 @@ LARGEST = 1e30
 """Limit of numbers (SI): products of two are far from overflow."""
 
 
+def is_number(text: str) -> bool:
+    """Whether a text is a number without a unit."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def to_si(value: Any, unit: str) -> float:
     """Number in SI: a number is SI, a string may have a unit of the right dimension; otherwise ValueError.
 

@@ -7,12 +7,9 @@
 - ``upper`` is infinite where the path ends before the category is reached: at the full movement, where no equilibrium
   exists (collapse), or where the wall failed (right censoring at ``lower``). ``upper`` is 0 where the wall is in the
   category before any movement (share at start).
-- At a movement, a wall has reached the category with probability 1 from ``upper`` on, 0 up to ``lower``, and
-  between as if the capacity were evenly distributed in the interval: ``probability_reached``. It is unknown beyond the
-  movement to which a censored wall was followed: ``censored_before``. Estimates and stopping rules count so.
-- Where one number is needed, for the limit state of rare events, the crack width is taken to grow in proportion to the
-  movement within the interval: ``interpolated_capacity``. It is above a movement that an increment meets just when
-  the wall has not reached the category there, as in all the others.
+- In the interval the capacity counts as evenly distributed: ``probability_reached``. Beyond the movement to which a
+  censored wall was followed it is unknown: ``censored_before``.
+- The limit state of rare events takes the crack width in proportion to the movement: ``interpolated_capacity``.
 """
 
 from __future__ import annotations

@@ -1,16 +1,9 @@
 """Comparison of studies: the change of the probability of damage by a measure, such as a stiffer footing.
 
-Studies with the same seed and the same uncertain quantities run the same samples. Their differences are then paired:
-what two walls have in common, such as weak mortar, cancels (common random numbers: Glasserman and Yao 1992).
-
-Each probability is the one of ``damagepred.exceedance``, and a difference is the difference of two of them. Its error
-follows from the pairs of pseudo-values, which stand for walls that were not followed as far, too.
-
-- Between replicates of Sobol points, the interval of a difference is by Student's distribution, from the replicates'
-  differences.
-- Otherwise it is made from Wilson's intervals of the two probabilities and the correlation of the pairs: the method of
-  variance estimates recovery (Newcombe 1998, method 10; Donner and Zou 2012).
-- Studies of different samples are compared by the same formula with correlation 0, and the result says so.
+Studies with the same seed and uncertain quantities run the same samples, and what two walls have in common cancels
+(common random numbers: Glasserman and Yao 1992). The error of a difference follows from pairs of pseudo-values: between
+replicates of Sobol points by Student's distribution, otherwise from Wilson's intervals of both probabilities and the
+correlation of the pairs, 0 for different samples (Newcombe 1998, method 10; Donner and Zou 2012).
 """
 
 from __future__ import annotations

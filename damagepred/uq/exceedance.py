@@ -1,12 +1,8 @@
 """The probability that a category is reached by a movement, and a category's median movement, from a study's walls.
 
-One estimate serves every command: redistribution to the right (Efron 1967; without intervals the estimate of Kaplan and
-Meier). A wall that was not followed as far as the movement, or failed before it, takes the share of those followed
-further. That is right if walls are not followed less far because they are weak or strong.
-
-The estimate is the mean of pseudo-values, one per wall (Andersen, Klein and Rosthoej 2003), here from the derivative by
-the wall's weight: a wall of known state has its own hit, 0 or 1. Errors, scrambles of Sobol points and paired
-differences follow from them as from hits.
+One estimate serves every command: redistribution to the right (Efron 1967; without intervals, Kaplan and Meier). A wall
+that was not followed as far takes the share of those followed further, which is right if walls do not end early because
+they are weak or strong. The estimate is the mean of pseudo-values, one per wall (Andersen, Klein and Rosthoej 2003).
 """
 
 from __future__ import annotations
@@ -41,13 +37,11 @@ from damagepred.uq.estimate import (
     student_factor,
 )
 from damagepred.uq.fragility import fit_fragility, fit_lognormal, normalised_weights
-from damagepred.uq.fragility.bands import draw_parameters
+from damagepred.uq.fragility.bands import draw_parameters, effective_reached
 from damagepred.uq.fragility.describe import probability_at
 from damagepred.uq.fragility.estimators import estimators
-from damagepred.uq.fragility.fit import WITH_CURVE
-from damagepred.uq.fragility.grouped_data import group_intervals
+from damagepred.uq.fragility.fit import WITH_CURVE, group_intervals
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
-from damagepred.uq.fragility.posterior import effective_reached
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_words, shown_measure
 from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
 from damagepred.uq.random_streams import Stream, generator
@@ -75,17 +69,18 @@ class CategoryCapacities(NamedTuple):
     failing: BoolArray  # (walls,): walls that failed before they reached the category
 
     @property
+    def heavy(self) -> FloatArray:
+        """Weights, 1 without importance sampling."""
+        return np.ones(len(self.lower)) if self.weight is None else self.weight
+
+    @property
     def followed(self) -> float:
         """Largest movement at which a wall is known."""
         return float(np.where(np.isinf(self.upper), self.lower, self.upper).max(initial=0.0))
 
     def part(self, which: NDArray[Any] | slice) -> CategoryCapacities:
         """Return some of the walls."""
-        weight = None if self.weight is None else self.weight[which]
-        replicate = None if self.replicate is None else self.replicate[which]
-        return CategoryCapacities(
-            self.sample[which], self.lower[which], self.upper[which], weight, replicate, self.failing[which]
-        )
+        return CategoryCapacities(*(None if column is None else column[which] for column in self))
 
 
 class Exceedance(NamedTuple):
@@ -226,7 +221,7 @@ class _Redistribution:
 
 def pseudo_values(known: CategoryCapacities, movement: MovementDistribution) -> PseudoValues:
     """Pseudo-values of the probability of having reached the category; of several movements, their mean."""
-    weight = np.ones(len(known.lower)) if known.weight is None else known.weight
+    weight = known.heavy
     if not weight.any():
         return PseudoValues(np.zeros(len(weight)))
     weight = weight * (effective_samples(weight) / weight.sum())
@@ -328,8 +323,8 @@ def require_followed(walls: CategoryCapacities, wanted: MovementDistribution) ->
 def estimate_exceedance(
     walls: CategoryCapacities, at: float | MovementDistribution, confidence: float = 0.9
 ) -> Exceedance:
-    """Probability that walls have reached the category by a movement; of several movements, the mean (Wilson, Dorey and Korn 1987)."""
-    at = as_distribution(at)
+    """Probability that walls have reached the category by a movement; of several movements, the mean."""
+    at = as_distribution(at)  # the interval: Wilson's, for the variance of Greenwood (Dorey and Korn 1987)
     short = censored_before(walls.lower, walls.upper, at.largest)
     lost = short & walls.failing
     estimate = estimate_of(walls, pseudo_values(walls, at), confidence)
@@ -337,8 +332,7 @@ def estimate_exceedance(
         followed = replace(at, points=tuple(np.minimum(at.points, walls.followed)))
         least = estimate_of(walls, pseudo_values(walls, followed), confidence).lower
         estimate = estimate._replace(value=np.nan, error=np.nan, lower=least, upper=1.0)
-        weight = np.ones(len(lost)) if walls.weight is None else walls.weight
-        bounds = [min(float(np.mean(weight * known_hits(walls, at, unknown))), 1.0) for unknown in (0.0, 1.0)]
+        bounds = [min(float(np.mean(walls.heavy * known_hits(walls, at, unknown))), 1.0) for unknown in (0.0, 1.0)]
     elif lost.any():
         intervals = failure_bounds(walls.lower, walls.upper, lost, at.largest, walls.lower * (1 + 4 * ROUNDING))
         ends = [walls._replace(lower=lower, upper=upper) for lower, upper in intervals]
@@ -386,15 +380,18 @@ def _from_curve(
         )
     value, lower, upper = probability_at(curves, category, movement)
     walls, failed = category_capacities(ds, category, intensity), int(curve["failed"])
-    weight = np.ones(len(walls.lower)) if walls.weight is None else walls.weight
-    kish = effective_samples(weight[~walls.failing])
+    kish = effective_samples(walls.heavy[~walls.failing])
     error = (upper - lower) / (2 * normal_factor(confidence))
     bounds = [value, value]
     if failed:
         ends = (curve[f"probability_failed_{end}"].values for end in ("undamaged", "damaged"))
         bounds = [float(np.interp(movement, curve["intensity"].values, end)) for end in ends]
     return Exceedance(
-        Estimate(value, error, lower, upper, confidence, len(weight) - failed, kish), failed, bounds[0], bounds[1], 0
+        Estimate(value, error, lower, upper, confidence, len(walls.lower) - failed, kish),
+        failed,
+        bounds[0],
+        bounds[1],
+        0,
     )
 
 
@@ -414,7 +411,7 @@ def median_movement(
 
     Its error is the error of the logarithm: a jackknife over the replicates of Sobol points where there are at least
     four, otherwise by resampling walls. Where fewer than 100 walls determine it, error and interval come from the
-    posterior (``damagepred.uq.fragility.posterior``). Where it lies beyond the largest movement to which a wall was
+    posterior (``damagepred.uq.fragility.bands``). Where it lies beyond the largest movement to which a wall was
     followed, the value is that movement, a lower bound, and the interval has no upper end.
     """
     walls = category_capacities(ds, category, intensity)
@@ -430,8 +427,7 @@ def _median_of(
     walls: CategoryCapacities, category: int, confidence: float, seed: int, options: FragilityOptions
 ) -> Estimate:
     """Median of the lognormal curve, wherever it lies."""
-    count = len(walls.lower)
-    heavy = np.ones(count) if walls.weight is None else walls.weight
+    count, heavy = len(walls.lower), walls.heavy
     kish = effective_samples(heavy)
     fit = _median(walls, heavy, options)
     if not np.isfinite(fit):

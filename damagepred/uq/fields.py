@@ -1,7 +1,6 @@
 """Random fields of joint values: correlated along a course, or with a correlation that decreases with distance.
 
-By distance, the correlation matrix of all joints of one kind is factorised once per geometry; a sample then costs one
-product with a triangular matrix for each field and kind.
+By distance, the correlation matrix of all joints of one kind is factorised once per geometry.
 """
 
 from __future__ import annotations

@@ -1,12 +1,8 @@
 """Importance sampling: walls drawn where damage is likelier, and the weights that make up for it.
 
-The proposal shifts and stretches the underlying standard normals of named variables, correlation kept. Variables that
-are not named shift along with those they are correlated with, to their conditional mean: held where they were, they
-would be as unlikely beside the shifted ones as these are alone. A share of walls may be drawn as stated (a
-defensive mixture): no weight can then exceed one over that share.
-
-Walls of another study propose the shift: the mean of the likely ones, in standard normals, is the proposal of least
-cross-entropy among shifted normals (Rubinstein and Kroese 2004, The Cross-Entropy Method).
+The proposal shifts and stretches the standard normals of named variables. The others shift to their conditional mean.
+A share of walls may be drawn as stated (a defensive mixture), which bounds the weights. The shift to the mean of likely
+walls is the proposal of least cross-entropy (Rubinstein and Kroese 2004, The Cross-Entropy Method).
 """
 
 from __future__ import annotations

@@ -1,10 +1,7 @@
-"""The movement that a probability is asked for: one movement, a site class, or a distribution.
+"""The movement that a probability is asked for: one movement, a site class, a distribution, or each wall's own ground.
 
-A site class says between which limits the characteristic surface movement y_s lies. Within them it is taken as evenly
-distributed, which is an assumption. By the theorem of total probability, the probability of damage is then the mean of
-that at ``POINTS`` movements, the medians of as many parts of equal probability (midpoint rule on the quantiles).
-
-"site" is each sample's own ground: the end of its own movement, such as y_s of its sampled soil log.
+Within the limits of a site class, y_s is taken as evenly distributed, an assumption. The probability of damage is the
+mean at ``POINTS`` movements of equal probability (midpoint rule on the quantiles).
 """
 
 from __future__ import annotations
@@ -18,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.errors import InputError
-from damagepred.scene.quantity import to_si
+from damagepred.scene.quantity import is_number, to_si
 from damagepred.scene.site import SiteClass, site_classes
 from damagepred.uq.intensity import OF_SITE, movement_words
 from damagepred.uq.variable import Distribution
@@ -80,7 +77,7 @@ def movement_distribution(text: str, unit: str = "m", option: str = "at") -> Mov
     classes = {entry.name: entry for entry in site_classes()}
     if text.strip().upper() in classes:
         return _of_class(classes[text.strip().upper()])
-    if unit != "1" and _is_number(text):
+    if unit != "1" and is_number(text):
         raise InputError(f"{option} {text}: give the unit with the number, such as '{text} mm' or '{text} {unit}'.")
     try:
         movement = to_si(text, unit)
@@ -91,14 +88,6 @@ def movement_distribution(text: str, unit: str = "m", option: str = "at") -> Mov
             f"{error}."
         ) from None
     return MovementDistribution(text.strip(), (movement,))
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def as_distribution(at: float | str | MovementDistribution, unit: str = "m") -> MovementDistribution:

@@ -1,8 +1,4 @@
-"""Values of joints from standard normals, by a table of piecewise polynomials where quantiles are slow to compute.
-
-A sample needs thousands of quantiles of each field. As functions of the standard normal they are smooth between a few
-breaks: a polynomial on each of some dozen cells approximates them to the tolerance.
-"""
+"""Values of joints from standard normals, by piecewise polynomials where quantiles are slow to compute."""
 
 from __future__ import annotations
 
@@ -35,23 +31,9 @@ class QuantileTableOptions:
 
 DEFAULT = QuantileTableOptions()
 
-CLOSED = frozenset(
-    {
-        "norm",
-        "lognorm",
-        "uniform",
-        "weibull_min",
-        "weibull_max",
-        "gumbel_r",
-        "gumbel_l",
-        "expon",
-        "logistic",
-        "cauchy",
-        "rayleigh",
-        "pareto",
-        "genextreme",
-        "laplace",
-    }
+CLOSED = (
+    *("norm", "lognorm", "uniform", "weibull_min", "weibull_max", "gumbel_r", "gumbel_l", "expon", "logistic"),
+    *("cauchy", "rayleigh", "pareto", "genextreme", "laplace"),
 )
 """Distributions of scipy.stats whose quantiles are a formula; they need no table."""
 

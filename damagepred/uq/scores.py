@@ -28,7 +28,7 @@ def crps(ensemble: ArrayLike, observed: ArrayLike) -> FloatArray:
 
 
 def pit(ensemble: ArrayLike, observed: ArrayLike) -> FloatArray:
-    """Probability integral transform of each observation: uniform if the prediction is right; equal members count half."""
+    """Probability integral transform of each observation: uniform if it is right; equal members count half."""
     x, y = _ensemble(ensemble), np.atleast_1d(np.asarray(observed, dtype=np.float64))
     sides = (np.searchsorted(x, y, side=side) for side in ("left", "right"))
     return np.asarray(sum(sides) / (2.0 * x.size), dtype=np.float64)

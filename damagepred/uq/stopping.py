@@ -1,12 +1,7 @@
-"""Sequential stopping rule: interim analyses at fixed numbers of walls, with simultaneous confidence intervals.
+"""Sequential stopping rule: interim analyses whenever walls have doubled, with simultaneous confidence intervals.
 
-A study that stops at the first narrow interval of many would cover the truth less often than stated. So interim
-analyses are made only where the number of walls has doubled, and their intervals are widened until all together cover
-the truth with the stated confidence.
-
-For random samples the errors of analyses at n and m walls have the correlation sqrt(n/m), and the factor follows by
-recursive integration (Armitage, McPherson and Rowe 1969). For replicated Sobol points the correlation is not known:
-Sidak's inequality holds for any.
+For random samples the errors of analyses at n and m walls have the correlation sqrt(n/m), and the widening follows by
+recursive integration (Armitage, McPherson and Rowe 1969). For replicated Sobol points Sidak's inequality holds.
 """
 
 from __future__ import annotations

@@ -1,13 +1,8 @@
 """Subset simulation: small probabilities as products of larger ones (Au and Beck 2001).
 
-Samples in standard-normal space approach failure level by level. The share of samples with the smallest margins are
-the seeds of Markov chains, which draw the samples of the next level within the intermediate failure domain. The chains
-use conditional sampling (Papaioannou, Betz, Zwirglmaier and Straub 2015): the candidate ``sqrt(1 - s^2) z + s xi`` is
-standard normal like z, in any number of dimensions, so a random field counts like single variables. The step s is
-adapted to the acceptance rate, whose optimum is near 0.44.
-
-The innovation xi of evaluation e depends on (seed, e) alone, the rest on the results of evaluations. So a run whose
-evaluations were stored can be repeated without them.
+The samples with the smallest margins are the seeds of Markov chains that draw the next level, by conditional sampling
+in standard normals (Papaioannou, Betz, Zwirglmaier and Straub 2015) with the step adapted to the acceptance rate. The
+innovation of evaluation e depends on (seed, e) alone: a run whose evaluations were stored can be repeated without them.
 """
 
 from __future__ import annotations

@@ -17,9 +17,8 @@ from damagepred.arrays import FloatArray
 from damagepred.uq.estimate import probability
 from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.fragility import fit_fragility, fit_surface, stripes_from_counts
-from damagepred.uq.given_data import first_order, rank_correlation
 from damagepred.uq.samplers import unit_points
-from damagepred.uq.sensitivity import saltelli_points, sobol_indices
+from damagepred.uq.sensitivity import first_order, rank_correlation, saltelli_points, sobol_indices
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 from damagepred.uq.subset import subset_simulation
 

@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 
 import pytest
 
-from damagepred.campaign.preset_accuracy import accuracy_lines
+from damagepred.campaign.cost_estimate import accuracy_lines
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Opening, Scene, Solver
 from damagepred.scene.accuracy import PRESETS, STANDARD, measured, preset

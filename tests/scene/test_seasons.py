@@ -11,8 +11,7 @@ from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
-from damagepred.results.tables import path_columns
-from damagepred.results.year_tables import year_columns, year_frame
+from damagepred.results.tables import path_columns, year_columns, year_frame
 from damagepred.scene import Movement, Seasons, SeasonStep
 from damagepred.uq.estimate import probability
 

@@ -22,7 +22,7 @@ from damagepred.uq.fragility import (
     stripes_from_counts,
 )
 from damagepred.uq.fragility.estimators import fit_grouped
-from damagepred.uq.fragility.grouped_data import group_intervals
+from damagepred.uq.fragility.fit import group_intervals
 from tests.uq.test_fragility import BETA, RATE, WIDTHS, fail, known, lognormal, study
 from tests.uq.test_fragility_single import study as single_study
 

@@ -9,10 +9,9 @@ from scipy import special, stats
 
 from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.fragility import FragilityOptions, capacities, fit_fragility, fit_lognormal
-from damagepred.uq.fragility.bands import ParameterDraws, confidence_band, expanded_percentiles
+from damagepred.uq.fragility.bands import ParameterDraws, confidence_band, expanded_percentiles, resample
 from damagepred.uq.fragility.estimators import CompositeLikelihood
-from damagepred.uq.fragility.grouped_data import group_intervals
-from damagepred.uq.fragility.resampling import resample
+from damagepred.uq.fragility.fit import group_intervals
 from tests.uq.test_fragility import SCATTER, TRUTH, fail, lognormal, study
 
 SITUATIONS = {"all followed": (30.0, 0.0), "60 % censored": (7.0, 0.0), "10 % failed": (20.0, 0.1), "both": (7.0, 0.1)}

@@ -7,8 +7,8 @@ from scipy import stats
 
 from damagepred.errors import InputError
 from damagepred.uq.fragility import fit_fragility, fit_lognormal, turnbull
+from damagepred.uq.fragility.fit import GroupedIntervals, group_intervals
 from damagepred.uq.fragility.goodness import akaike_criterion, distance
-from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
 from damagepred.uq.intensity import intensity_values
 from tests.uq.test_fragility import lognormal, study
 from tests.uq.test_fragility_single import study as single_study

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from damagepred.errors import InputError
-from damagepred.uq.given_data import first_order, interval_ranks, rank_correlation, ranks
+from damagepred.uq.sensitivity import first_order, interval_ranks, rank_correlation, ranks
 from tests.uq.test_fragility import brackets
 from tests.uq.test_sensitivity import closed_form, ishigami
 

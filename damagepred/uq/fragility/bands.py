@@ -1,22 +1,203 @@
 """Confidence bands of lognormal curves and surfaces, of their medians and dispersions.
 
-One rule: quantiles of the posterior (``posterior``) where few walls determine the curve, otherwise BCa of resampled
-walls (Efron 1987, J. Am. Stat. Assoc. 82). BCa shifts the quantiles of the resamples by their bias and by the growth of
-the error with the value; its acceleration comes from the influence of the walls on the fit instead of a jackknife.
+One rule: quantiles of the posterior where few walls determine the curve, otherwise BCa of resampled walls (Efron 1987,
+J. Am. Stat. Assoc. 82), with the acceleration from the influence of the walls on the fit instead of a jackknife.
 Categories of paths that share a dispersion have no posterior, for their composite likelihood is no likelihood.
+
+The prior d(ln median) d(dispersion) / dispersion gives exact confidence limits for capacities known exactly (Severini,
+Mukerjee and Ghosh 2002, Biometrika 89). Where each wall is known at one movement alone, that prior would let the
+dispersion run away, and Jeffreys' takes its place (Firth 1993, Biometrika 80). For each dispersion the likelihood is
+close to a normal density in ln(median)/dispersion: draws by Laplace's approximation, corrected by importance weights.
+
+Resamples draw numbers of equal walls. Where nearly every wall differs, one Newton step from the estimate gives each
+resample's fit, with a relative error of one over the number of walls.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 from scipy import special
 
-from damagepred.arrays import FloatArray
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
-from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
-from damagepred.uq.fragility.resampling import Resampled, resample
+from damagepred.uq.fragility.fit import GroupedIntervals
+from damagepred.uq.fragility.likelihood import Likelihood, likelihood
+from damagepred.uq.fragility.options import FragilityOptions
+
+
+def sample_posterior(estimator: Estimator, random: np.random.Generator) -> FloatArray:
+    """Draw from the posterior of the parameters, array (draws, parameters)."""
+    best, options = estimator.estimate, estimator.options
+    cells, single = estimator.cells, _is_current_status(estimator.cells)
+    weight = cells.total * (cells.effective() / cells.total.sum())
+
+    def weighted_likelihood(parameters: FloatArray) -> Likelihood:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return likelihood(
+                parameters, estimator.rows, np.broadcast_to(weight, (len(parameters), len(weight))), options
+            )
+
+    def log_prior(parameters: FloatArray, terms: Likelihood) -> FloatArray:
+        if single:
+            with np.errstate(invalid="ignore"):
+                return np.asarray(0.5 * np.linalg.slogdet(-terms.hessian)[1])
+        return np.asarray(-(others + 1.0) * np.log(parameters[:, 0]))
+
+    others = len(best) - 1
+    spread = (
+        np.sqrt(max(np.linalg.pinv(-weighted_likelihood(best[None]).hessian[0], hermitian=True)[0, 0], 0.0)) / best[0]
+    )
+    step = np.clip(8.0 * spread, 4.0, 12.0) / options.posterior_points
+    upwards, downwards = (
+        list(_profile_points(best, direction * step, weighted_likelihood, log_prior, options))
+        for direction in (1.0, -1.0)
+    )
+    modes, density, precision = (np.array(values) for values in zip(*downwards[:0:-1], *upwards))
+    log_g = np.log(modes[:, 0])
+    density = np.exp(density - density.max())
+    share = 0.5 * (density[1:] + density[:-1]) * np.diff(log_g)
+    cumulative = np.append(0.0, np.cumsum(share)) / share.sum()
+    # draws from the density, taken as uniform between the points, and from the normals at the nearest points
+    count = options.posterior_draws
+    uniform = (np.arange(count) + random.random(count)) / count
+    panel = np.clip(np.searchsorted(cumulative, uniform, side="right") - 1, 0, len(share) - 1)
+    inside = (uniform - cumulative[panel]) / np.maximum(np.diff(cumulative)[panel], 1e-300)
+    drawn_g = log_g[panel] + inside * np.diff(log_g)[panel]
+    middle = modes[panel, 1:] + inside[:, None] * (modes[panel + 1, 1:] - modes[panel, 1:])
+    factor = np.linalg.cholesky(np.linalg.inv(precision))[panel]
+    normal = random.standard_normal((count, others))
+    draws = np.column_stack((np.exp(drawn_g), middle + np.einsum("nij,nj->ni", factor, normal)))
+    proposed = (
+        np.log(share[panel] / np.diff(log_g)[panel])
+        - 0.5 * (normal**2).sum(axis=1)
+        - np.log(np.einsum("nii->ni", factor)).sum(axis=1)
+    )
+    drawn = weighted_likelihood(draws)
+    log_weight = drawn.value + log_prior(draws, drawn) + drawn_g - proposed
+    log_weight = np.where(np.isfinite(log_weight), log_weight, -np.inf)
+    importance = np.exp(log_weight - log_weight.max())
+    # systematic resampling: the expected number of copies of a draw is in proportion to its weight
+    places = (np.arange(count) + random.random()) / count
+    return draws[np.minimum(np.searchsorted(np.cumsum(importance) / importance.sum(), places), count - 1)]
+
+
+def effective_reached(estimator: Estimator) -> float:
+    """Smallest effective number of walls (Kish) that determine a category's curve.
+
+    These are the walls that reached it. Where each wall is known at one movement, they are the smaller group of damaged
+    and undamaged walls; of several categories fitted together, half of all walls.
+    """
+    cells = estimator.cells
+    if _is_current_status(cells) and len(cells.lower) > 1:
+        return 0.5 * cells.effective()
+    counts = []
+    for lower, upper in zip(cells.lower, cells.upper):
+        reached = np.isfinite(upper)
+        kinds = [reached, (lower > 0) & ~reached] if _is_current_status(cells) else [reached]
+        counts += [cells.effective(kind) for kind in kinds]
+    return min(counts, default=0.0)
+
+
+def _is_current_status(cells: GroupedIntervals) -> bool:
+    """Whether each wall is known at one movement alone."""
+    return bool((cells.lower[np.isfinite(cells.upper)] == 0).all())
+
+
+def _profile_points(
+    best: FloatArray,
+    step: float,
+    of: Callable[[FloatArray], Likelihood],
+    log_prior: Callable[[FloatArray, Likelihood], FloatArray],
+    options: FragilityOptions,
+) -> Iterator[tuple[FloatArray, float, FloatArray]]:
+    """Follow the profile likelihood from its maximum to larger or smaller dispersions, until the density is small.
+
+    Yields the parameters, the logarithm of the posterior density of ln(1/dispersion) up to a constant, and the negative
+    second derivatives of the log-likelihood by the other parameters.
+    """
+    parameters, most = best.copy(), -np.inf
+    while 1.0 / options.largest_dispersion <= parameters[0] <= 1.0 / options.smallest_dispersion:
+        current = of(parameters[None])
+        for _ in range(50):
+            way = np.linalg.pinv(-current.hessian[0, 1:, 1:], hermitian=True) @ current.gradient[0, 1:]
+            if current.gradient[0, 1:] @ way <= 1e-8:
+                break
+            for _ in range(40):
+                to = parameters + np.append(0.0, way)
+                new = of(to[None])
+                if new.value[0] >= current.value[0] - 1e-12:
+                    break
+                way = way / 2
+            parameters, current = to, new
+        precision = -current.hessian[0, 1:, 1:]
+        if not np.isfinite(precision).all() or np.linalg.eigvalsh(precision).min() <= 0:
+            return
+        density = float((current.value + log_prior(parameters[None], current))[0] + np.log(parameters[0]))
+        density -= 0.5 * float(np.linalg.slogdet(precision)[1])
+        most = max(most, density)
+        if not density >= most - options.posterior_drop:
+            return
+        yield parameters, density, precision
+        parameters = parameters * np.exp(step)  # the medians stay
+
+
+class Resampled(NamedTuple):
+    """Bootstrap replicates of the parameters."""
+
+    # (parameters,): of the walls themselves: 1/dispersion, and for each category ln(median)/dispersion
+    estimate: FloatArray
+    replicates: FloatArray  # (resamples, parameters): of those resamples that can be fitted
+    influence: FloatArray  # (groups, parameters): influence of one wall of a group on the parameters
+    cells: GroupedIntervals  # the walls
+
+
+def resample(estimator: Estimator, resamples: int, random: np.random.Generator) -> Resampled:
+    """Fit resamples of the walls."""
+    cells, best, options = estimator.cells, estimator.estimate, estimator.options
+    influence = estimator.scores(best) @ np.linalg.pinv(-estimator.hessian(best), hermitian=True)
+    if len(cells.number) > options.one_step_groups:
+        again = best + _one_step_estimates(influence * cells.weight[:, None], cells.number, resamples, random, options)
+        return Resampled(best, again[again[:, 0] > 1.0 / options.largest_dispersion], influence, cells)
+    fitted = []
+    each = max(1, options.stored_draws // len(cells.number))
+    fewest = options.fewest_reached if len(estimator.categories) == 1 else 1
+    for first in range(0, resamples, each):
+        drawn = draw(cells, min(each, resamples - first), random)
+        enough = np.ones(len(drawn), dtype=bool)
+        for lower, upper in zip(cells.lower, cells.upper):
+            enough &= drawn @ np.isfinite(upper) >= fewest
+            enough &= drawn @ (lower > 0) > 0
+        if enough.any():
+            fitted.append(estimator.maximise(drawn[enough] * cells.weight, best))
+    again = np.concatenate(fitted) if fitted else np.empty((0, len(best)))
+    with np.errstate(divide="ignore"):
+        dispersion = 1.0 / again[:, 0]
+    good = (dispersion > options.smallest_dispersion) & (dispersion < options.largest_dispersion)
+    return Resampled(best, again[good], influence, cells)
+
+
+def _one_step_estimates(
+    each: FloatArray, number: IntArray, resamples: int, random: np.random.Generator, options: FragilityOptions
+) -> FloatArray:
+    """Newton steps of resamples, (resamples, parameters), from the influence of one wall of each group."""
+    walls = int(number.sum())
+    size = min(walls, options.one_step_walls)
+    mean = number @ each / walls
+    ends = np.cumsum(number)
+    means = np.empty((resamples, each.shape[1]))
+    for row in means:
+        drawn = random.integers(walls, size=size)
+        row[:] = each[drawn if walls == len(number) else np.searchsorted(ends, drawn, side="right")].mean(axis=0)
+    return (means - mean) * walls * np.sqrt(size / walls)
+
+
+def draw(cells: GroupedIntervals, resamples: int, random: np.random.Generator) -> FloatArray:
+    """Return the number of walls of each group in each resample, array (resamples, groups)."""
+    walls = int(cells.number.sum())
+    return random.multinomial(walls, cells.number / walls, size=resamples).astype(np.float64)
 
 
 class Band(NamedTuple):

@@ -25,9 +25,9 @@ from damagepred.uq.capacity import (
     require_categories,
     without_damaged_at_start,
 )
-from damagepred.uq.estimate import effective_samples, normal_factor, wilson
+from damagepred.uq.estimate import normal_factor, wilson
 from damagepred.uq.fragility import goodness
-from damagepred.uq.fragility.bands import Band, confidence_band, draw_parameters, unknown_band
+from damagepred.uq.fragility.bands import Band, confidence_band, draw, draw_parameters, effective_reached, unknown_band
 from damagepred.uq.fragility.describe import curves_dataset
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator, estimators, fit_grouped
 from damagepred.uq.fragility.fit import (
@@ -38,13 +38,12 @@ from damagepred.uq.fragility.fit import (
     WITH_CURVE,
     BoundedMedian,
     Fit,
+    GroupedIntervals,
     StartShare,
+    group_intervals,
     reasons_not_fitted,
 )
-from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
-from damagepred.uq.fragility.posterior import effective_reached
-from damagepred.uq.fragility.resampling import draw
 from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
 from damagepred.uq.intensity import chosen_intensity
 from damagepred.uq.random_streams import Stream, generator
@@ -146,7 +145,18 @@ def fit_fragility(
     >>> (1e3 * curves["median"]).round(1).values.tolist()
     [nan, 1.4, 7.8, nan]
     """
-    name = _check(ds, model, confidence, intensity)
+    if "status" in ds and not np.isin(ds["status"].values, SOLVED).any():
+        raise InputError("the study has no finished sample yet; run `damagepred study` first.")
+    for needed in ("damage_category", "status"):
+        if needed not in ds:
+            raise InputError(
+                f"the dataset has no variable '{needed}'; fragility needs a study as open_study returns it."
+            )
+    if model not in get_args(Model):
+        raise InputError(f"model = {model!r}: must be one of {', '.join(get_args(Model))}.")
+    name = chosen_intensity(ds, intensity)
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
     wanted = (
         list(range(1, highest_category(ds) + 1)) if categories is None else [category_number(ds, c) for c in categories]
@@ -181,23 +191,6 @@ def fit_fragility(
     if walls.marks is not None:
         attrs["movements"] = walls.marks
     return curves_dataset(ds, columns, wanted, names, grid, name, attrs)
-
-
-def _check(ds: xr.Dataset, model: str, confidence: float, intensity: str | None) -> str:
-    """Check the arguments; return the name of the intensity."""
-    if "status" in ds and not np.isin(ds["status"].values, SOLVED).any():
-        raise InputError("the study has no finished sample yet; run `damagepred study` first.")
-    for needed in ("damage_category", "status"):
-        if needed not in ds:
-            raise InputError(
-                f"the dataset has no variable '{needed}'; fragility needs a study as open_study returns it."
-            )
-    if model not in get_args(Model):
-        raise InputError(f"model = {model!r}: must be one of {', '.join(get_args(Model))}.")
-    name = chosen_intensity(ds, intensity)
-    if not 0 < confidence < 1:
-        raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
-    return name
 
 
 def _each_category(lower: FloatArray, upper: FloatArray, weight: FloatArray) -> list[GroupedIntervals]:
@@ -259,11 +252,7 @@ def _bands(estimator: Estimator, rows: list[int], share: FloatArray, request: _R
 
 def _too_few(cells: GroupedIntervals, walls: float, options: FragilityOptions) -> bool:
     """Whether curves with a common dispersion have no band: it would cover the truth too rarely."""
-    return walls < options.fewest_common or _effective(cells) < options.fewest_common_walls
-
-
-def _effective(cells: GroupedIntervals) -> float:
-    return effective_samples(np.repeat(cells.weight, cells.number))
+    return walls < options.fewest_common or cells.effective() < options.fewest_common_walls
 
 
 def _columns_of(fits: list[Fit], limits: list[Band], grid: FloatArray) -> dict[str, NDArray[Any]]:
@@ -355,7 +344,7 @@ def _without_form(alone: list[GroupedIntervals], walls: StudyCapacities, request
 def _shares_between(best: FloatArray, curves: FloatArray, cells: GroupedIntervals, confidence: float) -> FloatArray:
     """Pointwise Wilson limits of the empirical curve, for the number of walls with the variance of the resamples."""
     deviation = curves.std(axis=0, ddof=1)
-    every = _effective(cells)
+    every = cells.effective()
     equivalent = np.minimum(best * (1 - best) / np.maximum(deviation, 1e-12) ** 2, every)
     count = np.where((deviation > 0) & (equivalent > 0), equivalent, every)
     factor = normal_factor(confidence)

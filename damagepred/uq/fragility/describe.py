@@ -97,7 +97,7 @@ def probability_at(curves: xr.Dataset, category: int, movement: float) -> tuple[
     return value, lower, upper
 
 
-_COPIED = (
+_COPIED = [
     "source",
     "damagepred_version",
     "damagepred_commit",
@@ -106,7 +106,7 @@ _COPIED = (
     "damage_table",
     "damage_measure",
     "count_footing_gap",
-)
+]
 """Attributes of a study that its curves have, too."""
 
 

@@ -1,12 +1,8 @@
-"""Lognormal curves by maximum likelihood: each category for itself, or with one dispersion for all.
+"""Lognormal curves by maximum likelihood: each category for itself, or with one dispersion for all, which never cross.
 
-With one dispersion for all categories curves cannot cross. Where each wall is known at one movement alone, this is the
-ordinal probit (cumulative link) model, and the likelihood is of the category each wall is in. Where each wall is known
-along its path, the dependence between its capacities for several categories is not modelled: the product of the
-categories' likelihoods is maximised (a composite likelihood: Varin, Reid and Firth 2011, Statistica Sinica 21). Each
-curve is as consistent as a fit of its own, and the medians stand in the categories' order: for a given dispersion the
-score of a median is the mean of E[e | wall] over the walls, which grows with the bounds of the intervals, and no wall
-reaches a worse category before a lesser one.
+Where each wall is known at one movement alone, one dispersion is the ordinal probit model. Along paths the product of
+the categories' likelihoods is maximised (a composite likelihood: Varin, Reid and Firth 2011, Statistica Sinica 21);
+each curve is as consistent as a fit of its own, and the medians ascend, for no wall reaches a worse category first.
 """
 
 from __future__ import annotations
@@ -20,8 +16,7 @@ import scipy
 from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.inputs.arguments import checked, require_alike
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.uq.fragility.fit import FITTED, Fit, reasons_not_fitted
-from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_equal, group_intervals
+from damagepred.uq.fragility.fit import FITTED, Fit, GroupedIntervals, group_equal, group_intervals, reasons_not_fitted
 from damagepred.uq.fragility.likelihood import (
     CategoryIntervals,
     Likelihood,

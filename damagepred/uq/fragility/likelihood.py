@@ -81,10 +81,6 @@ class Likelihood(NamedTuple):
     gradient: FloatArray
     hessian: FloatArray
 
-    def of(self, which: IntArray) -> Likelihood:
-        """Return some of the resamples."""
-        return Likelihood(self.value[which], self.gradient[which], self.hessian[which])
-
 
 def likelihood(
     parameters: FloatArray,
@@ -143,18 +139,11 @@ def _products(first: FloatArray, second: FloatArray) -> FloatArray:
     return (first[:, :, None] * second[:, None, :]).reshape(len(first), -1)
 
 
-class _RowLogLikelihood(NamedTuple):
-    """Log-likelihood of rows (resamples, rows), its gradient and Hessian by lower and upper bound of the normal."""
+def _row_log_likelihood(parameters: FloatArray, rows: LinearBounds) -> tuple[FloatArray, ...]:
+    """Log-likelihood of rows (resamples, rows), its derivatives by lower and upper bound, and by pairs of them.
 
-    value: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-    lower_lower: FloatArray
-    lower_upper: FloatArray
-    upper_upper: FloatArray
-
-
-def _row_log_likelihood(parameters: FloatArray, rows: LinearBounds) -> _RowLogLikelihood:
+    Of an exact row the derivative of log(1 / dispersion) is left to the caller.
+    """
     a, b = parameters @ rows.below.T, parameters @ rows.above.T
     low, high = np.where(rows.no_below, -np.inf, a), np.where(rows.no_above, np.inf, b)
     exact = rows.exact[None, :]
@@ -164,14 +153,7 @@ def _row_log_likelihood(parameters: FloatArray, rows: LinearBounds) -> _RowLogLi
         p, q = (np.exp(np.minimum(-0.5 * z**2 - 0.5 * np.log(2 * np.pi) - between, 700.0)) for z in (low, high))
     p, q = np.where(exact, 0.0, p), np.where(exact, 0.0, q)
     term = np.where(exact, np.log(parameters[:, :1]) - 0.5 * b**2 - 0.5 * np.log(2 * np.pi), between)
-    return _RowLogLikelihood(
-        term,
-        -p,
-        np.where(exact, -b, q),
-        a * p - p**2,
-        p * q,
-        np.where(exact, -1.0, -b * q - q**2),
-    )
+    return term, -p, np.where(exact, -b, q), a * p - p**2, p * q, np.where(exact, -1.0, -b * q - q**2)
 
 
 def _log_interval_probability(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -199,8 +181,9 @@ def maximise_likelihood(
     current = likelihood(parameters, rows, weight, options)
     active = np.arange(resamples)
     for _ in range(200):
-        now = current.of(active)
-        step = _newton_step(now)
+        now = Likelihood(*(part[active] for part in current))
+        # to the maximum of the second-order expansion; of the least length where it is flat
+        step = (np.linalg.pinv(-now.hessian, hermitian=True) @ now.gradient[:, :, None])[:, :, 0]
         too_far = parameters[active, 0] + step[:, 0] <= 0  # the dispersion is positive; it may well grow tenfold
         step[too_far] *= (0.9 * parameters[active, 0] / np.where(too_far, -step[:, 0], 1.0))[too_far, None]
         moved, fraction = _line_search(parameters, current, step, active, rows, weight, options)
@@ -211,11 +194,6 @@ def maximise_likelihood(
         if not active.size:
             break
     return parameters
-
-
-def _newton_step(now: Likelihood) -> FloatArray:
-    """Return the steps to where the second-order expansion has its maximum; of the least length where it is flat."""
-    return (np.linalg.pinv(-now.hessian, hermitian=True) @ now.gradient[:, :, None])[:, :, 0]
 
 
 def _line_search(

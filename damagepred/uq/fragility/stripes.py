@@ -1,8 +1,6 @@
-"""Stripes (multiple stripe analysis: Baker 2015): counts of walls in each category at a few fixed movements.
+"""Stripes (multiple stripe analysis: Baker 2015): counts of different walls in each category at a few fixed movements.
 
-Each movement has walls of its own, so the counts are independent: the likelihood is binomial
-(for a common dispersion multinomial) at each movement. Where the *same* walls are solved for several movements they are
-paths, and are to be given as such: increments of one wall, whose categories belong together.
+The same walls at several movements are paths, whose categories belong together: give them as increments of one wall.
 """
 
 from __future__ import annotations

@@ -25,13 +25,19 @@ from damagepred.uq.capacity import (
     require_categories,
     without_damaged_at_start,
 )
-from damagepred.uq.fragility.bands import confidence_band, draw_parameters, unknown_band
+from damagepred.uq.fragility.bands import confidence_band, draw_parameters, effective_reached, unknown_band
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
-from damagepred.uq.fragility.fit import EXTRAPOLATED, FITTED, BoundedMedian, StartShare, reasons_not_fitted
-from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
+from damagepred.uq.fragility.fit import (
+    EXTRAPOLATED,
+    FITTED,
+    BoundedMedian,
+    GroupedIntervals,
+    StartShare,
+    group_intervals,
+    reasons_not_fitted,
+)
 from damagepred.uq.fragility.likelihood import linear_bounds, maximise_likelihood
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
-from damagepred.uq.fragility.posterior import effective_reached
 from damagepred.uq.intensity import attributes, chosen_intensity
 from damagepred.uq.random_streams import Stream, generator
 

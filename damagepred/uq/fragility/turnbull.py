@@ -1,10 +1,8 @@
 """The empirical curve: nonparametric maximum likelihood estimate of the distribution of censored capacities.
 
-Turnbull (1976, J. R. Stat. Soc. B 38): only the innermost intervals, from a lower bound to the next upper one without
-any bound between, have probability; its distribution inside them is not determined. The probabilities follow from the
-expectation-maximisation algorithm, alternating with steps of the iterative convex minorant (Wellner and Zhan 1997, J.
-Am. Stat. Assoc. 92). The largest directional derivative bounds the distance of the likelihood from its maximum
-(Gentleman and Geyer 1994, Biometrika 81): that bound ends the iteration.
+Only the innermost intervals have probability (Turnbull 1976, J. R. Stat. Soc. B 38). It follows from expectation and
+maximisation, alternating with the iterative convex minorant (Wellner and Zhan 1997, J. Am. Stat. Assoc. 92), until the
+largest directional derivative bounds the distance from the maximum (Gentleman and Geyer 1994, Biometrika 81).
 """
 
 from __future__ import annotations
@@ -97,7 +95,8 @@ def _maximise(first: IntArray, last: IntArray, weight: FloatArray, size: int, op
     """Masses of largest likelihood; each row spans the intervals first <= j < last, weights add up to 1."""
     mass = np.full(size, 1.0 / size)
     for _ in range(options.empirical_iterations):
-        mass = _em_step(mass, first, last, weight)
+        mass = mass * _directional_derivative(mass, first, last, weight)  # expectation and maximisation
+        mass = mass / mass.sum()
         mass = _icm_step(mass, first, last, weight)
         if _directional_derivative(mass, first, last, weight).max() - 1.0 <= options.empirical_tolerance:
             break
@@ -114,12 +113,6 @@ def _directional_derivative(mass: FloatArray, first: IntArray, last: IntArray, w
     ratio = weight / _within(mass, first, last)
     size = len(mass) + 1
     return np.cumsum(np.bincount(first, ratio, size) - np.bincount(last, ratio, size))[:-1]
-
-
-def _em_step(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatArray) -> FloatArray:
-    """Do one step of expectation and maximisation."""
-    new = mass * _directional_derivative(mass, first, last, weight)
-    return new / new.sum()
 
 
 def _icm_step(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatArray) -> FloatArray:

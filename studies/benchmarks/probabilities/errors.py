@@ -16,7 +16,7 @@ from scipy import stats
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.capacity import probability_reached
 from damagepred.uq.fragility.estimators import fit_grouped
-from damagepred.uq.fragility.grouped_data import group_intervals
+from damagepred.uq.fragility.fit import group_intervals
 from studies import cases
 from studies.benchmarks.probabilities import walls
 from studies.benchmarks.probabilities.walls import Bank
