@@ -27,6 +27,10 @@ def _of(default: float, *description: Any, **more: Any) -> Any:
     return field(default=default, metadata={"diagnostic": Diagnostic(*description, **more)})
 
 
+def _energy(meaning: str, label: str = "", **more: Any) -> Any:
+    return _energy(meaning, label, **more)
+
+
 NAN = float("nan")
 
 
@@ -65,10 +69,7 @@ class Counters:
     )
     factorisations: int = _of(0, "1", "factorisations of the stiffness by the quasi-static solver", "factorisations")
     corrections: int = _of(
-        0,
-        "1",
-        "solutions by Woodbury correction of a factorisation, of the quasi-static solver",
-        "corrected solutions",
+        0, "1", "solutions by Woodbury correction of a factorisation, of the quasi-static solver", "corrected solutions"
     )
     cycles: int = _of(
         0,
@@ -86,45 +87,32 @@ class Counters:
 class Energies:
     """Energy balance, summed along the path; NaN where a solver does not count a term."""
 
-    external_work: float = _of(
-        NAN, "J", "work of dead load and movement on the wall since its first state", "work of load and movement"
+    external_work: float = _energy(
+        "work of dead load and movement on the wall since its first state", "work of load and movement"
     )
-    kinetic_energy: float = _of(NAN, "J", "energy of motion of the blocks in a dynamic run", "in motion", in_time=True)
-    elastic_energy: float = _of(NAN, "J", "energy stored in joints and blocks", "stored in joints and blocks")
-    friction_work: float = _of(NAN, "J", "work dissipated so far by friction", "friction")
-    fracture_work: float = _of(NAN, "J", "work dissipated so far by softening bonds", "softening of bonds")
-    crushing_work: float = _of(NAN, "J", "work dissipated so far by joints that are crushed", "crushing")
-    plastic_work: float = _of(NAN, "J", "work dissipated so far by zones that yield", "yielding zones")
-    damping_work: float = _of(NAN, "J", "work dissipated so far by damping in a dynamic run", "damping", in_time=True)
-    released_energy: float = _of(
-        NAN,
-        "J",
-        "energy released so far where bonds broke or the wall snapped through",
-        "released where bonds broke",
+    kinetic_energy: float = _energy("energy of motion of the blocks in a dynamic run", "in motion", in_time=True)
+    elastic_energy: float = _energy("energy stored in joints and blocks", "stored in joints and blocks")
+    friction_work: float = _energy("work dissipated so far by friction", "friction")
+    fracture_work: float = _energy("work dissipated so far by softening bonds", "softening of bonds")
+    crushing_work: float = _energy("work dissipated so far by joints that are crushed", "crushing")
+    plastic_work: float = _energy("work dissipated so far by zones that yield", "yielding zones")
+    damping_work: float = _energy("work dissipated so far by damping in a dynamic run", "damping", in_time=True)
+    released_energy: float = _energy(
+        "energy released so far where bonds broke or the wall snapped through", "released where bonds broke"
     )
-    energy_error: float = _of(
-        NAN,
-        "J",
-        "imbalance of the energy so far, between the failures of bonds",
-        "not balanced",
-        term=False,
+    energy_error: float = _energy(
+        "imbalance of the energy so far, between the failures of bonds", "not balanced", term=False
     )
-    snap_through_energy: float = _of(
-        NAN,
-        "J",
-        "part of released_energy: by snap-through to a distant equilibrium",
-        term=False,
+    snap_through_energy: float = _energy(
+        "part of released_energy: by snap-through to a distant equilibrium", term=False
     )
-    boundary_work: float = _of(
-        NAN, "J", "work put in so far by moving ground and supports in a dynamic run", in_time=True
-    )
+    boundary_work: float = _energy("work put in so far by moving ground and supports in a dynamic run", in_time=True)
 
     def twice(self) -> Energies:
         """Return the balance of a wall of which this is one half."""
         return Energies(*(2 * value for value in vars(self).values()))
 
 
-@cache
 @cache
 def described(record: type) -> dict[str, Diagnostic]:
     """Return the diagnostics of a record by name."""

@@ -26,22 +26,14 @@ def work_done(values: Mapping[Any, Any]) -> FloatArray:
     return work
 
 
-def energy_error_share(values: Mapping[Any, Any]) -> float:
-    """Largest energy error over the largest work done on a path; NaN if not counted."""
-    return _share(values, "energy_error")
-
-
-def snap_through_share(values: Mapping[Any, Any]) -> float:
-    """Energy released in snap-through over the largest work done on a path; NaN if not counted."""
-    return _share(values, "snap_through_energy")
-
-
-def _share(values: Mapping[Any, Any], name: str) -> float:
-    """Largest value of an energy over the largest work done."""
-    energy = np.abs(np.asarray(values[name], dtype=np.float64))
-    energy = energy[np.isfinite(energy)]
-    most = float(work_done(values).max(initial=0.0))
-    return float(energy.max() / most) if energy.size and most > 0.0 else float("nan")
+def energy_shares(values: Mapping[Any, Any]) -> dict[str, float]:
+    """Largest energy error, and energy set free in snap-through, over the largest work done; NaN if not counted."""
+    most, shares = float(work_done(values).max(initial=0.0)), {}
+    for share, name in (("energy_error_share", "energy_error"), ("snap_through_share", "snap_through_energy")):
+        energy = np.abs(np.asarray(values.get(name, np.nan), dtype=np.float64))
+        energy = energy[np.isfinite(energy)]
+        shares[share] = float(energy.max() / most) if energy.size and most > 0.0 else float("nan")
+    return shares
 
 
 TOLERANCES = {
@@ -65,29 +57,13 @@ _TOO_LARGE = (
     "the equations take displacements as small, so the result is implausible. Check stiffness, density, loads and "
     "their units."
 )
+_TOO_LONG, _WORK, _SIZE = "the steps are too long. Take more increments.", "largest work done", "wall's size"
+_MOVED = "the largest displacement beyond the ground's is"
 _CAUTIONS = (
-    (
-        "energy_error_share",
-        "energy_tolerance",
-        "energy that does not balance is",
-        "largest work done",
-        "the steps are too long. Take more increments.",
-    ),
-    (
-        "snap_through_share",
-        "snap_through_tolerance",
-        "energy set free in snap-through is",
-        "largest work done",
-        _SNAP_THROUGH,
-    ),
-    (
-        "displacement_share",
-        "displacement_tolerance",
-        "the largest displacement beyond the ground's is",
-        "wall's size",
-        _TOO_LARGE,
-    ),
-    ("crack_share", "crack_tolerance", "the widest crack is", "wall's size", _TOO_LARGE),
+    ("energy_error_share", "energy_tolerance", "energy that does not balance is", _WORK, _TOO_LONG),
+    ("snap_through_share", "snap_through_tolerance", "energy set free in snap-through is", _WORK, _SNAP_THROUGH),
+    ("displacement_share", "displacement_tolerance", _MOVED, _SIZE, _TOO_LARGE),
+    ("crack_share", "crack_tolerance", "the widest crack is", _SIZE, _TOO_LARGE),
 )
 """Share, tolerance, and parts of the sentence above the tolerance: quantity, reference, consequence."""
 
@@ -112,7 +88,10 @@ def wall_cautions(ds: xr.Dataset) -> list[str]:
         in_wall = np.isin(ds["contact_kind"].values, MASONRY)
         cracked = (ds["contact_state"].values == ContactState.CRACKED).any(axis=0) & in_wall
         reasons = [_RINGING] if ds.attrs.get("solver_method") == "explicit" else []
-        if (passes := _passes_of_zero(ds)) >= PASSES_DETERMINED:
+        progress = ds["progress"].values if "progress" in ds else np.zeros(1)
+        side = np.sign(progress[np.isfinite(progress)])
+        passes = int(((side[:-1] != 0.0) & (side[1:] != side[:-1])).sum())  # returns to zero and changes of sign
+        if passes >= PASSES_DETERMINED:
             reasons.append(_HISTORY.format(passes))
         if "contact_cohesion" in ds and "fracture_energy" not in _joint_table(ds):
             strength = np.fmin(ds["contact_tensile_strength"].values, ds["contact_cohesion"].values)
@@ -127,13 +106,6 @@ def _joint_table(ds: xr.Dataset) -> Mapping[str, Any]:
     """Joints of the archived scene; empty for an assembly."""
     table: Mapping[str, Any] = tomllib.loads(str(ds.attrs.get("scene", ""))).get("joint", {})
     return table
-
-
-def _passes_of_zero(ds: xr.Dataset) -> int:
-    """Count returns to zero and changes of sign of a movement."""
-    progress = ds["progress"].values if "progress" in ds else np.zeros(1)
-    side = np.sign(progress[np.isfinite(progress)])
-    return int(((side[:-1] != 0.0) & (side[1:] != side[:-1])).sum())
 
 
 PASSES_DETERMINED = 3

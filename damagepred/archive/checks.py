@@ -14,41 +14,22 @@ from damagepred.errors import DamagedError, InputError
 from damagepred.inputs.input_files import parse_toml
 
 NOT_NEGATIVE = (
-    "crack_width_max",
-    "crack_band_width_max",
-    "end_crack_width_max",
-    "end_crack_band_width_max",
-    "run_time",
-    "weight",
-    "central_deflection",
-    "deflection_ratio",
+    *("crack_width_max", "crack_band_width_max", "end_crack_width_max", "end_crack_band_width_max"),
+    *("run_time", "weight", "central_deflection", "deflection_ratio"),
 )
 """Variables that are zero or more."""
 
 TEXTS = (
-    "title",
-    "scene",
-    "scene_given",
-    "study",
-    "damage_table",
-    "damage_measure",
-    "status",
-    "status_message",
-    "solver_method",
+    *("title", "scene", "scene_given", "study", "damage_table", "damage_measure"),
+    *("status", "status_message", "solver_method"),
 )
+_COUNTS = ("seed", "samples_failed", "sample", "hairline", "thickness")
 NUMBERS = {
-    "seed": (0, np.inf),
+    **dict.fromkeys((*_COUNTS, "apex_limited_joints", "snap_back_limited_joints"), (0, np.inf)),
+    **dict.fromkeys(("crossed", "count_footing_gap"), (0, 1)),
     "replicates": (1, np.inf),
     "highest_category": (0, len(CATEGORIES) - 1),
     "span": (1e-9, 1e9),
-    "crossed": (0, 1),
-    "count_footing_gap": (0, 1),
-    "samples_failed": (0, np.inf),
-    "sample": (0, np.inf),
-    "hairline": (0, np.inf),
-    "thickness": (0, np.inf),
-    "apex_limited_joints": (0, np.inf),
-    "snap_back_limited_joints": (0, np.inf),
 }
 """Global attributes that are text, and numbers between two bounds."""
 
@@ -69,10 +50,8 @@ def check_values(columns: Columns, source: str, ranges: bool = False) -> None:
 
 def _wrong(name: str, dims: tuple[Any, ...], values: NDArray[Any], attributes: Mapping[Any, Any]) -> str:
     registered = VARIABLES[name]
-    leading = ("sample", "increment")
-    if [d for d in dims if d not in leading] != [d for d in registered.dims if d not in leading] or dims[1:].count(
-        "sample"
-    ):
+    own, wanted = ([d for d in given if d not in ("sample", "increment")] for given in (dims, registered.dims))
+    if own != wanted or "sample" in dims[1:]:
         return f"has the dimensions ({', '.join(map(str, dims))})"
     if values.dtype.kind not in ("i" if registered.flags else "iuf"):
         return f"is of type {values.dtype}"
@@ -81,12 +60,8 @@ def _wrong(name: str, dims: tuple[Any, ...], values: NDArray[Any], attributes: M
     if values.size == 0:
         return ""
     if registered.flags:
-        low, high = int(values.min()), int(values.max())
-        return (
-            f"has the value {high if high >= len(registered.flags) else low}"
-            if (low < FLAG_FILL or high >= len(registered.flags))
-            else ""
-        )
+        wrong = values[(values < FLAG_FILL) | (values >= len(registered.flags))]
+        return f"has the value {int(wrong.max())}" if wrong.size else ""
     if name in ("sample", "increment"):
         return "" if values.ndim == 1 and values[0] >= 0 and (np.diff(values) > 0).all() else "does not count up"
     return ""

@@ -131,9 +131,11 @@ class StudyFolder:
         try:
             lock.acquire()
         except filelock.Timeout:
+            writer = ""
+            with contextlib.suppress(InputError):
+                writer = f" ({read_text(self._writer_file)})"
             raise StudyError(
-                f"{self.path}: another damagepred is writing to this study{self._writer()}; wait for it, or read with "
-                "status."
+                f"{self.path}: another damagepred is writing to this study{writer}; wait for it, or read with status."
             ) from None
         except OSError as error:
             raise StudyError(f"{self.path}: cannot be written: {error.strerror}; choose another with -o.") from error
@@ -142,11 +144,6 @@ class StudyFolder:
             self._writer_file.unlink(missing_ok=True)
             self._writer_file.write_text(f"process {os.getpid()} on {socket.gethostname()} since {since}", "utf-8")
         return lock
-
-    def _writer(self) -> str:
-        with contextlib.suppress(InputError):
-            return f" ({read_text(self._writer_file)})"
-        return ""
 
     # -- what is in it --------------------------------------------------------------------------------------------
 
@@ -195,12 +192,8 @@ class StudyFolder:
     def manifest_of_design(self) -> dict[str, Any]:
         """Content of the manifest from the attributes of the design, with schema version 0."""
         design = self.design()
-        attributes = {
-            key: design.attrs[key] for key in ("title", "seed", "sampler", *provenance()) if key in design.attrs
-        }
-        attributes = {
-            key: value.item() if isinstance(value, np.generic) else value for key, value in attributes.items()
-        }
+        known = {key: design.attrs[key] for key in ("title", "seed", "sampler", *provenance()) if key in design.attrs}
+        attributes = {key: value.item() if isinstance(value, np.generic) else value for key, value in known.items()}
         return {**attributes, "created": "unknown", "samples": design.sizes["sample"], "schema_version": 0}
 
     def write_manifest(self, manifest: Mapping[str, Any], study: str | None = None) -> None:
@@ -360,8 +353,10 @@ class StudyFolder:
                     left_out[file] = str(error)
         for sample in sorted(self.failed_samples()):
             try:
-                if pieces.is_missing(sample) and self.checked_failure(sample):
-                    pieces.mark_failed(sample)
+                status = pieces.status()
+                missing = sample < len(status) and status[sample] in (SampleStatus.MISSING, FLAG_FILL)
+                if missing and self.checked_failure(sample):
+                    status[sample] = SampleStatus.FAILED
             except InputError as error:
                 left_out[self.failure_file(sample)] = str(error)
         ds = pieces.dataset()
@@ -447,19 +442,12 @@ class _Pieces:
         values = np.array([*rows, -1], dtype=np.int64)[column.values.astype(np.int64)]  # -1: unknown
         return column._replace(values=values, attributes={})
 
-    def is_missing(self, sample: int) -> bool:
-        """Whether a sample has no result."""
-        return sample < self.samples and self._status()[sample] in (SampleStatus.MISSING, FLAG_FILL)
-
-    def mark_failed(self, sample: int) -> None:
-        """Set the status of a sample without result to failed."""
-        self._status()[sample] = SampleStatus.FAILED
-
-    def _status(self) -> np.ndarray:
+    def status(self) -> np.ndarray:
+        """Status of all samples so far."""
         return self.values.setdefault("status", np.full(self.samples, SampleStatus.MISSING, dtype=np.int8))
 
     def dataset(self) -> xr.Dataset:
-        status = self._status()
+        status = self.status()
         status[status == FLAG_FILL] = SampleStatus.MISSING
         columns = {"sample": np.arange(self.samples), **self.values}
         columns |= {name: values for name, values in self.coordinates.items() if name in VARIABLES}

@@ -42,10 +42,12 @@ class Variable:
         return attrs | dict(self.mesh)
 
 
-_STEP = ("increment",)
+_STEP, _SAMPLE = ("increment",), ("sample",)
 _BLOCK, _CONTACT, _OPENING, _VERTEX = ("block",), ("contact",), ("opening",), ("vertex",)
-_SECTION = ("section",)
-_ZONE, _GRIDPOINT = ("zone",), ("gridpoint",)
+_SECTION, _ZONE, _GRIDPOINT = ("section",), ("zone",), ("gridpoint",)
+_BLOCKS, _CONTACTS, _OPENINGS = (*_STEP, *_BLOCK), (*_STEP, *_CONTACT), (*_STEP, *_OPENING)
+_SECTIONS, _ZONES, _GRIDPOINTS = (*_STEP, *_SECTION), (*_STEP, *_ZONE), (*_STEP, *_GRIDPOINT)
+"""Dimensions of variables; the plural ones are at each increment."""
 
 MESH = "zone_mesh"
 """Variable with the topology of zones and gridpoints (UGRID)."""
@@ -120,9 +122,7 @@ VARIABLES: dict[str, Variable] = {
     ),
     "crack_count": Variable(_STEP, "1", "separate cracks of the wall proper of category 1 or more"),
     "psi": Variable(
-        _STEP,
-        "1",
-        "damage parameter Psi = 2 n^0.15 c^0.3 of the wall proper: n cracks of c mm, weighted by width",
+        _STEP, "1", "damage parameter Psi = 2 n^0.15 c^0.3 of the wall proper: n cracks of c mm, weighted by width"
     ),
     "group_count": Variable(("group_count",), "1", "number of cracks that make a group"),
     "crack_group_width": Variable(
@@ -155,48 +155,44 @@ VARIABLES: dict[str, Variable] = {
     "opening_width": Variable(_OPENING, "m", "width of the opening"),
     "opening_height": Variable(_OPENING, "m", "height of the opening"),
     "opening_width_change": Variable(
-        (*_STEP, *_OPENING), "m", "change of the width at the upper end of the jambs, widening positive"
+        _OPENINGS, "m", "change of the width at the upper end of the jambs, widening positive"
     ),
     "opening_distortion": Variable(
-        (*_STEP, *_OPENING), "1", "largest absolute change of the right angle at a corner of the opening, in radians"
+        _OPENINGS, "1", "largest absolute change of the right angle at a corner of the opening, in radians"
     ),
     "opening_sticking": Variable(
-        (*_STEP, *_OPENING),
+        _OPENINGS,
         None,
         "whether a door or window in the opening sticks, judged again",
         ("free", "sticks_slightly", "sticks"),
     ),
     "opening_diagonal_change": Variable(
-        (*_STEP, *_OPENING), "m", "change of length of the diagonal that has shortened most, lengthening positive"
+        _OPENINGS, "m", "change of length of the diagonal that has shortened most, lengthening positive"
     ),
     # the footing
     "support_x": Variable(("support",), "m", "position of the support along the wall"),
     "support_load": Variable((*_STEP, "support"), "N", "load that the support carries, upwards positive"),
     "jack_x": Variable(("jack",), "m", "position of the jack along the wall"),
     "section_x": Variable(_SECTION, "m", "position of the footing's section along the wall"),
-    "section_strain": Variable((*_STEP, *_SECTION), "1", "strain of the section at mid-depth, elongation positive"),
-    "section_curvature": Variable((*_STEP, *_SECTION), "m-1", "curvature of the footing, sagging positive"),
-    "section_axial_force": Variable((*_STEP, *_SECTION), "N", "axial force in the footing, tension positive"),
-    "section_shear_force": Variable(
-        (*_STEP, *_SECTION), "N", "shear force: upward force of the left part on the right"
-    ),
-    "section_moment": Variable((*_STEP, *_SECTION), "N m", "moment in the footing, sagging positive: tension below"),
+    "section_strain": Variable(_SECTIONS, "1", "strain of the section at mid-depth, elongation positive"),
+    "section_curvature": Variable(_SECTIONS, "m-1", "curvature of the footing, sagging positive"),
+    "section_axial_force": Variable(_SECTIONS, "N", "axial force in the footing, tension positive"),
+    "section_shear_force": Variable(_SECTIONS, "N", "shear force: upward force of the left part on the right"),
+    "section_moment": Variable(_SECTIONS, "N m", "moment in the footing, sagging positive: tension below"),
     # blocks
     "block_x": Variable(_BLOCK, "m", "centroid of the block along the wall"),
     "block_y": Variable(_BLOCK, "m", "height of the block's centroid"),
     "block_course": Variable(_BLOCK, "1", "course of the block, 0 at the bottom, -1 where there are none"),
-    "block_displacement_x": Variable(
-        (*_STEP, *_BLOCK), "m", "displacement of the block along the wall, relative to the base"
-    ),
-    "block_displacement_y": Variable((*_STEP, *_BLOCK), "m", "displacement of the block upwards, relative to the base"),
-    "block_rotation": Variable((*_STEP, *_BLOCK), "rad", "rotation of the block, counter-clockwise positive"),
-    "block_strain": Variable((*_STEP, *_BLOCK), "1", "strain of an elastic block along its bed, elongation positive"),
+    "block_displacement_x": Variable(_BLOCKS, "m", "displacement of the block along the wall, relative to the base"),
+    "block_displacement_y": Variable(_BLOCKS, "m", "displacement of the block upwards, relative to the base"),
+    "block_rotation": Variable(_BLOCKS, "rad", "rotation of the block, counter-clockwise positive"),
+    "block_strain": Variable(_BLOCKS, "1", "strain of an elastic block along its bed, elongation positive"),
     "block_curvature": Variable(
-        (*_STEP, *_BLOCK), "m-1", "curvature of an elastic block, positive where its ends go up against its middle"
+        _BLOCKS, "m-1", "curvature of an elastic block, positive where its ends go up against its middle"
     ),
-    "block_support_force_x": Variable((*_STEP, *_BLOCK), "N", "force of the block's supports, along the wall"),
-    "block_support_force_y": Variable((*_STEP, *_BLOCK), "N", "force of the block's supports, upwards"),
-    "block_support_moment": Variable((*_STEP, *_BLOCK), "N m", "moment of the block's supports, counter-clockwise"),
+    "block_support_force_x": Variable(_BLOCKS, "N", "force of the block's supports, along the wall"),
+    "block_support_force_y": Variable(_BLOCKS, "N", "force of the block's supports, upwards"),
+    "block_support_moment": Variable(_BLOCKS, "N m", "moment of the block's supports, counter-clockwise"),
     "vertex_x": Variable(_VERTEX, "m", "corner of a block along the wall"),
     "vertex_y": Variable(_VERTEX, "m", "height of a block's corner"),
     "vertex_block": Variable(_VERTEX, "1", "block the corner belongs to; corners are counter-clockwise"),
@@ -213,13 +209,11 @@ VARIABLES: dict[str, Variable] = {
     "contact_tensile_strength": Variable(_CONTACT, "Pa", "tensile strength in effect"),
     "contact_cohesion": Variable(_CONTACT, "Pa", "cohesion"),
     "contact_friction": Variable(_CONTACT, "1", "tangent of the friction angle"),
-    "contact_opening": Variable(
-        (*_STEP, *_CONTACT), "m", "relative displacement normal to the joint, opening positive"
-    ),
-    "contact_slip": Variable((*_STEP, *_CONTACT), "m", "plastic slip along the joint"),
-    "contact_normal_stress": Variable((*_STEP, *_CONTACT), "Pa", "normal stress, tension positive"),
-    "contact_shear_stress": Variable((*_STEP, *_CONTACT), "Pa", "shear stress"),
-    "contact_state": Variable((*_STEP, *_CONTACT), None, "state of the contact", flag_meanings(ContactState)),
+    "contact_opening": Variable(_CONTACTS, "m", "relative displacement normal to the joint, opening positive"),
+    "contact_slip": Variable(_CONTACTS, "m", "plastic slip along the joint"),
+    "contact_normal_stress": Variable(_CONTACTS, "Pa", "normal stress, tension positive"),
+    "contact_shear_stress": Variable(_CONTACTS, "Pa", "shear stress"),
+    "contact_state": Variable(_CONTACTS, None, "state of the contact", flag_meanings(ContactState)),
     "contact_broken_at": Variable(
         _CONTACT, "1", "share of the full movement at which the bond broke, NaN where it holds or was absent"
     ),
@@ -250,56 +244,54 @@ VARIABLES: dict[str, Variable] = {
     "gridpoint_x": Variable(_GRIDPOINT, "m", "position of the gridpoint along the wall"),
     "gridpoint_y": Variable(_GRIDPOINT, "m", "height of the gridpoint"),
     "gridpoint_displacement_x": Variable(
-        (*_STEP, *_GRIDPOINT), "m", "displacement of the gridpoint along the wall", mesh=_ON_GRIDPOINTS
+        _GRIDPOINTS, "m", "displacement of the gridpoint along the wall", mesh=_ON_GRIDPOINTS
     ),
     "gridpoint_displacement_y": Variable(
-        (*_STEP, *_GRIDPOINT), "m", "displacement of the gridpoint upwards", mesh=_ON_GRIDPOINTS
+        _GRIDPOINTS, "m", "displacement of the gridpoint upwards", mesh=_ON_GRIDPOINTS
     ),
     "zone_stress_xx": Variable(
-        (*_STEP, *_ZONE), "Pa", "normal stress along the wall, tension positive", mesh=_ON_ZONES, on_disk="float32"
+        _ZONES, "Pa", "normal stress along the wall, tension positive", mesh=_ON_ZONES, on_disk="float32"
     ),
     "zone_stress_yy": Variable(
-        (*_STEP, *_ZONE), "Pa", "upright normal stress, tension positive", mesh=_ON_ZONES, on_disk="float32"
+        _ZONES, "Pa", "upright normal stress, tension positive", mesh=_ON_ZONES, on_disk="float32"
     ),
-    "zone_stress_xy": Variable(
-        (*_STEP, *_ZONE), "Pa", "shear stress in the wall's plane", mesh=_ON_ZONES, on_disk="float32"
-    ),
+    "zone_stress_xy": Variable(_ZONES, "Pa", "shear stress in the wall's plane", mesh=_ON_ZONES, on_disk="float32"),
     "zone_stress_zz": Variable(
-        (*_STEP, *_ZONE), "Pa", "normal stress across the wall, tension positive", mesh=_ON_ZONES, on_disk="float32"
+        _ZONES, "Pa", "normal stress across the wall, tension positive", mesh=_ON_ZONES, on_disk="float32"
     ),
-    "zone_state": Variable((*_STEP, *_ZONE), None, "yield state of the zone", flag_meanings(ZoneState), mesh=_ON_ZONES),
+    "zone_state": Variable(_ZONES, None, "yield state of the zone", flag_meanings(ZoneState), mesh=_ON_ZONES),
     # a study
-    "sample": Variable(("sample",), "1", "sampled wall", standard_name="realization"),
-    "status": Variable(("sample",), None, "how the sample ended", flag_meanings(SampleStatus)),
+    "sample": Variable(_SAMPLE, "1", "sampled wall", standard_name="realization"),
+    "status": Variable(_SAMPLE, None, "how the sample ended", flag_meanings(SampleStatus)),
     "limit_deflection": Variable(
-        ("sample",), "m", "deflection at which jacks or supports carried no load any more; NaN if the path went on"
+        _SAMPLE, "m", "deflection at which jacks or supports carried no load any more; NaN if the path went on"
     ),
     "weight": Variable(
-        ("sample",), "1", "weight of the sample: density of the stated distributions over the sampling density"
+        _SAMPLE, "1", "weight of the sample: density of the stated distributions over the sampling density"
     ),
-    "run_time": Variable(("sample",), "s", "time spent on the sample"),
+    "run_time": Variable(_SAMPLE, "s", "time spent on the sample"),
     "environment": Variable(
-        ("sample",),
+        _SAMPLE,
         "1",
         "machine, program and libraries that solved the sample: row of the table in the attribute environments",
     ),
     "energy_error_share": Variable(
-        ("sample",), "1", "largest energy that does not balance over the largest work done; NaN where it is not counted"
+        _SAMPLE, "1", "largest energy that does not balance over the largest work done; NaN where it is not counted"
     ),
     "snap_through_share": Variable(
-        ("sample",), "1", "energy set free in snap-through over the largest work done; NaN where it is not counted"
+        _SAMPLE, "1", "energy set free in snap-through over the largest work done; NaN where it is not counted"
     ),
     "displacement_share": Variable(
-        ("sample",), "1", "largest displacement of a block beyond the ground's over the size of the wall"
+        _SAMPLE, "1", "largest displacement of a block beyond the ground's over the size of the wall"
     ),
-    "crack_share": Variable(("sample",), "1", "widest crack over the size of the wall"),
+    "crack_share": Variable(_SAMPLE, "1", "widest crack over the size of the wall"),
     "implausible": Variable(
-        ("sample",), None, "whether energy error, displacement or crack exceeds its tolerance", ("no", "yes")
+        _SAMPLE, None, "whether energy error, displacement or crack exceeds its tolerance", ("no", "yes")
     ),
     "snap_back_limited": Variable(
-        ("sample",), "1", "joints with less fracture energy than elastic energy at cracking: their bond breaks at once"
+        _SAMPLE, "1", "joints with less fracture energy than elastic energy at cracking: their bond breaks at once"
     ),
-    "apex_limited": Variable(("sample",), "1", "joints whose tensile strength was cut to cohesion over friction"),
+    "apex_limited": Variable(_SAMPLE, "1", "joints whose tensile strength was cut to cohesion over friction"),
 }
 
 END_VARIABLES = (

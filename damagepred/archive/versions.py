@@ -32,10 +32,6 @@ _NUMBER = re.compile(r"\.(\d+)(?=\.|$)")
 Migration = Callable[[xr.Dataset], xr.Dataset]
 
 
-def _unchanged(ds: xr.Dataset) -> xr.Dataset:
-    return ds
-
-
 def _split_cycles(ds: xr.Dataset) -> xr.Dataset:
     """``cycles`` of the quasi-static solver as ``newton_iterations``; -1 (unknown) in both."""
     if "cycles" not in ds:
@@ -86,9 +82,8 @@ def from_0(key: str) -> str:
 
 def inert_below_log(scene: Mapping[str, Any]) -> dict[str, Any]:
     """Tables of an older scene, whose soil is inert below its log."""
-    return (
-        {**scene, "suction": {"below_log": "inert", **scene.get("suction", {})}} if "soil_layer" in scene else {**scene}
-    )
+    suction = {"suction": {"below_log": "inert", **scene.get("suction", {})}} if "soil_layer" in scene else {}
+    return {**scene, **suction}
 
 
 def _counted_from_1(ds: xr.Dataset) -> xr.Dataset:
@@ -108,15 +103,12 @@ COUNTS_FROM_1 = 8
 """First version whose keys count from 1."""
 
 MIGRATIONS: dict[int, Migration] = {
-    1: _unchanged,
-    2: _unchanged,
-    3: _unchanged,
     4: _split_cycles,
     5: _without_empty_dimensions,
     6: _worst_width_named_as_others,
     7: _counted_from_1,
 }
-"""Migration from each version to the next."""
+"""Migration from a version to the next, where the content changed."""
 
 
 def brought_up_to_date(version: int, source: str, ds: xr.Dataset | None = None) -> xr.Dataset:
@@ -128,6 +120,6 @@ def brought_up_to_date(version: int, source: str, ds: xr.Dataset | None = None) 
             f"{source}: has schema version {version}, this damagepred reads up to {SCHEMA_VERSION}; update it."
         )
     ds = xr.Dataset() if ds is None else ds
-    for number in range(version, SCHEMA_VERSION):
-        ds = MIGRATIONS[number](ds)
+    for number, migrated in MIGRATIONS.items():
+        ds = migrated(ds) if number >= version else ds
     return ds.assign_attrs(schema_version=SCHEMA_VERSION)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damagepred.archive.cautions import TOLERANCES, energy_error_share, implausible, snap_through_share
+from damagepred.archive.cautions import TOLERANCES, energy_shares, implausible
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
 from damagepred.archive.provenance import as_table, environment
@@ -240,8 +240,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     increments = settings.scene.movement.increment_count
     values = path_values(model, steps)
     group_count = values.pop("group_count")
-    shares = {"energy_error_share": energy_error_share(values), "snap_through_share": snap_through_share(values)}
-    shares |= shares_of_size(model, steps)
+    shares = energy_shares(values) | shares_of_size(model, steps)
     beyond = increments + 1 - len(steps)
     last = steps[-1].increment
     filled: dict[str, np.ndarray] = {}

@@ -14,16 +14,13 @@ components of its opening, of which the larger counts; the opening is at most 1.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import lru_cache
 
 import numpy as np
 import scipy
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
-from damagepred.damage.joints import Profile
-
-if TYPE_CHECKING:
-    from damagepred.damage.joints import JointMap
+from damagepred.damage.joints import JointMap, Profile
 
 
 @dataclass(frozen=True)
@@ -35,6 +32,7 @@ class BandGauges:
     sums: scipy.sparse.csr_array
 
     @classmethod
+    @lru_cache(maxsize=8)
     def of_joints(cls, joints: JointMap, length: float) -> BandGauges:
         """Gauges of one length (m), which read joints up to this distance apart together."""
         chosen = np.flatnonzero(joints.is_wall)

@@ -15,8 +15,6 @@ from damagepred.enumerations import MASONRY, ContactKind
 if TYPE_CHECKING:
     import xarray as xr
 
-    from damagepred.damage.bands import BandGauges
-
 
 class Ends(NamedTuple):
     """Linear extrapolation of the opening from the contacts to the ends of n interfaces."""
@@ -65,7 +63,7 @@ class Profile(NamedTuple):
         return float(((self.way[:, 1:] - self.way[:, :-1]) * share).sum())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # maps are compared and cached by identity
 class JointMap:
     """Geometry of the interfaces of a wall; m interfaces with q contacts each."""
 
@@ -208,18 +206,6 @@ class JointMap:
     def footing_profile(self) -> Profile:
         """Nodes of the footing bed."""
         return self.profile(self.footing)
-
-    @cached_property
-    def _gauges(self) -> dict[float, BandGauges]:
-        return {}
-
-    def band_gauges(self, length: float) -> BandGauges:
-        """Gauges of one length (m) for crack bands of this wall, cached."""
-        from damagepred.damage.bands import BandGauges
-
-        if length not in self._gauges:
-            self._gauges[length] = BandGauges.of_joints(self, length)
-        return self._gauges[length]
 
     @cached_property
     def middle_y(self) -> FloatArray:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray
+from damagepred.damage.bands import BandGauges
 from damagepred.damage.cracks import find_cracks, group_widths, psi
 from damagepred.damage.joints import JointMap
 from damagepred.damage.table import DamageTable, load_table
@@ -88,7 +89,7 @@ def judge(
     widths = joints.widest(opening)
     gap, interface = widths.ravel()[broken], broken // opening.shape[1]
     joint = float(gap[joints.is_wall[interface]].max(initial=0.0))
-    band = max(joint, joints.band_gauges(rules.band_gauge).width(opening, cracked, rules.band_threshold))
+    band = max(joint, BandGauges.of_joints(joints, rules.band_gauge).width(opening, cracked, rules.band_threshold))
     footing = float(gap[joints.is_footing[interface]].max(initial=0.0))
     judged = rules.widths(widest, band, footing, bool(joints.dpc.size))
     group = groups[-1] if rules.count_rule else 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -75,15 +75,12 @@ class DamageTable:
         factor = self.plasterboard_factor
         if factor is None:
             raise InputError(f"damage.plasterboard = true: {self.name} has no such allowance; use table = 'as2870'.")
-        return DamageTable(
-            f"{self.name}, limits times {factor:g} for plasterboard",
-            self.source,
-            self.confidence,
-            self.category_names,
-            tuple(v * factor for v in self.limits),
-            self.group_category,
-            self.group_width * factor,
-            None,
+        return replace(
+            self,
+            name=f"{self.name}, limits times {factor:g} for plasterboard",
+            limits=tuple(v * factor for v in self.limits),
+            group_width=self.group_width * factor,
+            plasterboard_factor=None,
         )
 
     def by_width(self, width: FloatArray | float) -> Int8Array:
@@ -168,11 +165,6 @@ def read_table(path: str | Path) -> DamageTable:
         raise InputError(f"{path}: is no damage table ({error}); see data/damage/as2870.toml.") from None
 
 
-def _group_category(value: object, highest: int) -> int:
-    require_count("group.category", value, 0)
-    return int(require_number("group.category", value, 0, highest))
-
-
 def _table(content: dict[str, Any]) -> DamageTable:
     categories = sorted(content["category"], key=lambda c: int(c["number"]))
     limits = [require_number("from", c["from"], 0.0, unit="m", open_low=True) for c in categories[1:]]
@@ -189,13 +181,14 @@ def _table(content: dict[str, Any]) -> DamageTable:
         raise ValueError(f"category name {bad[0][:40]!r}: must be at most 40 letters, digits, spaces, '_' and '-'")
     if twice := [name for name in names if names.count(name) > 1]:
         raise ValueError(f"category name {twice[0]!r}: two categories have it")
+    require_count("group.category", group := content["group"]["category"], 0)
     return DamageTable(
         name=check_title(content["name"]),
         source=str(content["source"]),
         confidence=str(content["confidence"]),
         category_names=tuple(names),
         limits=tuple(limits),
-        group_category=_group_category(content["group"]["category"], len(limits)),
+        group_category=int(require_number("group.category", group, 0, len(limits))),
         group_width=require_number("group.crack_width", content["group"]["crack_width"], 0.0, unit="m"),
         plasterboard_factor=require_number("plasterboard.factor", content["plasterboard"]["factor"], 0.0, open_low=True)
         if "plasterboard" in content

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damagepred.archive.cautions import energy_error_share, implausible, snap_through_share
+from damagepred.archive.cautions import energy_shares, implausible
 from damagepred.archive.provenance import provenance
 from damagepred.archive.schema import CATEGORY_VARIABLES, VARIABLES, WORST_CATEGORY, dataset, name_categories
 from damagepred.arrays import FloatArray, IntArray
@@ -211,14 +211,6 @@ def _zone_values(model: Model, steps: list[Step]) -> dict[str, NDArray]:
     }
 
 
-def _strain_values(steps: list[Step]) -> dict[str, NDArray]:
-    """Strain and curvature of elastic blocks: arrays (increments, blocks)."""
-    strains = [s.increment.strain for s in steps if s.increment.strain is not None]
-    if len(strains) < len(steps):
-        return {}
-    return {name: np.array([s[:, i] for s in strains]) for i, name in enumerate(("block_strain", "block_curvature"))}
-
-
 def _registered(
     dims: tuple[str, ...], record: Mapping[str, Any], value: Callable[[str], NDArray] | None = None
 ) -> dict[str, NDArray]:
@@ -255,6 +247,10 @@ def collect(
     moved = stacked(steps, "displacement")
     unknown = np.full_like(moved[0], np.nan)
     support = np.array([unknown if s.increment.support_force is None else s.increment.support_force for s in steps])
+    strains = [s.increment.strain for s in steps if s.increment.strain is not None]
+    elastic = {}
+    if len(strains) == len(steps):  # strain and curvature of elastic blocks, arrays (increments, blocks)
+        elastic = dict(zip(("block_strain", "block_curvature"), np.moveaxis(np.array(strains), 2, 0)))
     corners = {"block": np.repeat(np.arange(model.n_blocks), np.diff(blocks.first_vertex))}
     corners |= dict(zip("xy", blocks.vertices.T))
     contacts = face._asdict() | model.properties._asdict()
@@ -268,7 +264,7 @@ def collect(
         **{f"opening_{name}": np.full(openings, np.nan) for name in ("left", "sill", "width", "height") if openings},
         **_registered(("block",), blocks._asdict()),
         **dict(zip(("block_displacement_x", "block_displacement_y", "block_rotation"), np.moveaxis(moved, 2, 0))),
-        **_strain_values(steps),
+        **elastic,
         **dict(zip((f"block_support_{name}" for name in ("force_x", "force_y", "moment")), np.moveaxis(support, 2, 0))),
         **_registered(("vertex",), corners),
         **_registered(("contact",), contacts, at_contacts),
@@ -293,10 +289,8 @@ def collect(
             **zoning,
         },
     )
-    for share in (energy_error_share, snap_through_share):
-        if np.isfinite(value := share(values)):
-            ds.attrs[share.__name__] = value
-    ds.attrs |= {name: share for name, share in shares_of_size(model, steps).items() if np.isfinite(share)}
+    shares_of_wall = energy_shares(values) | shares_of_size(model, steps)
+    ds.attrs |= {name: share for name, share in shares_of_wall.items() if np.isfinite(share)}
     ds.attrs["implausible"] = int(implausible(ds.attrs, settings))
     for name, more in rules.attributes().items():
         ds[name].attrs.update(more)

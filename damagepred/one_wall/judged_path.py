@@ -24,18 +24,10 @@ if TYPE_CHECKING:
 
 
 class Step(NamedTuple):
-    """One increment and its damage.
-
-    Attributes
-    ----------
-    increment : Increment
-        Equilibrium.
-    verdict : Verdict
-        Cracks and damage category, the highest once part of the wall has collapsed.
-    """
+    """One increment and its damage."""
 
     increment: Increment
-    verdict: Verdict
+    verdict: Verdict  # its category is the highest once part of the wall has collapsed
 
 
 class Gauges(NamedTuple):

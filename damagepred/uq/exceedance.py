@@ -80,7 +80,8 @@ class CategoryCapacities(NamedTuple):
 
     def part(self, which: NDArray[Any] | slice) -> CategoryCapacities:
         """Return some of the walls."""
-        return CategoryCapacities(*(None if column is None else column[which] for column in self))
+        columns: list[Any] = [None if column is None else column[which] for column in self]
+        return CategoryCapacities(*columns)
 
 
 class Exceedance(NamedTuple):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred.archive.cautions import energy_error_share, snap_through_share, study_cautions, wall_cautions
+from damagepred.archive.cautions import energy_shares, study_cautions, wall_cautions
 from damagepred.archive.folder import open_study
 from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import ContactKind, ContactState
@@ -41,9 +41,11 @@ def test_the_share_is_of_the_largest_work() -> None:
         "friction_work": np.array([0.0, 4.0, 1.0, np.nan]),
         "kinetic_energy": np.array([0.0, 6.0, 0.0, 0.0]),
     }
-    assert energy_error_share(values) == pytest.approx(0.3 / 6.0)
-    assert snap_through_share({**values, "snap_through_energy": np.array([0.0, 0.2, 0.6, 0.5])}) == pytest.approx(0.1)
-    assert np.isnan(energy_error_share({"energy_error": np.full(3, np.nan), "external_work": np.ones(3)}))
+    assert energy_shares(values)["energy_error_share"] == pytest.approx(0.3 / 6.0)
+    released = energy_shares({**values, "snap_through_energy": np.array([0.0, 0.2, 0.6, 0.5])})
+    assert released["snap_through_share"] == pytest.approx(0.1)
+    uncounted = energy_shares({"energy_error": np.full(3, np.nan), "external_work": np.ones(3)})
+    assert np.isnan(uncounted["energy_error_share"])
 
 
 def test_every_number_of_a_caution() -> None:

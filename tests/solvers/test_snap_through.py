@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from damagepred import solve
-from damagepred.archive.cautions import snap_through_share, study_cautions, wall_cautions
+from damagepred.archive.cautions import energy_shares, study_cautions, wall_cautions
 from damagepred.scene import Joint, Movement, Scene, Solver, Wall
 
 DATA = Path(__file__).resolve().parents[2] / "data"
@@ -77,7 +77,7 @@ def test_the_limit_is_the_users() -> None:
 
 def test_a_study_counts_its_walls() -> None:
     values = {"energy_error": np.zeros(2), "external_work": [1.0, 4.0], "snap_through_energy": [0.0, 2.0]}
-    assert snap_through_share(values) == 0.5
+    assert energy_shares(values)["snap_through_share"] == 0.5
     share = xr.DataArray([0.0, 0.5, np.nan, 0.06], dims="sample", attrs={"tolerance": 0.05})
     lines = study_cautions(xr.Dataset({"snap_through_share": share}))
     assert len(lines) == 1
