@@ -28,7 +28,7 @@ def _of(default: float, *description: Any, **more: Any) -> Any:
 
 
 def _energy(meaning: str, label: str = "", **more: Any) -> Any:
-    return _energy(meaning, label, **more)
+    return _of(NAN, "J", meaning, label, **more)
 
 
 NAN = float("nan")

@@ -443,7 +443,7 @@ class _Pieces:
         return column._replace(values=values, attributes={})
 
     def status(self) -> np.ndarray:
-        """Status of all samples so far."""
+        """Status of each sample."""
         return self.values.setdefault("status", np.full(self.samples, SampleStatus.MISSING, dtype=np.int8))
 
     def dataset(self) -> xr.Dataset:
