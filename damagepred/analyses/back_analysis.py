@@ -225,7 +225,8 @@ def _with_new_walls(
         importance=shifts,
         nominal_share=options.nominal_share if shifts else 0.0,
     )
-    folder = walls.path.with_name(f"{walls.path.name}.near_{_survey_name(seen)}") / f"round_{number}.dp"
+    survey = hashlib.sha256(repr(seen).encode()).hexdigest()[:8]
+    folder = walls.path.with_name(f"{walls.path.name}.near_{survey}") / f"round_{number}.dp"
     folder.parent.mkdir(exist_ok=True)
     campaign = Campaign(replace(study.settings, study=how))
     if campaign.run(folder, options.new_walls, workers, on_progress=on_walls).interrupted:
@@ -264,11 +265,6 @@ def prices(
 def _needs_replays(seen: Observations) -> bool:
     """Whether archives lack the observed results: local cracks, and levels."""
     return bool(seen.level) or any(crack.x is not None for crack in seen.crack)
-
-
-def _survey_name(seen: Observations) -> str:
-    """Short unique name of a survey."""
-    return hashlib.sha256(repr(seen).encode()).hexdigest()[:8]
 
 
 def posterior(

@@ -9,7 +9,6 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray
 
 if TYPE_CHECKING:
-    from damagepred.assembly.model import JointProperties
     from damagepred.scene import Creep
 
 Pair = tuple[FloatArray, FloatArray]
@@ -27,18 +26,14 @@ class JointCreep(NamedTuple):
     relaxation_time: float  # joint between stiff blocks (years)
 
     @classmethod
-    def of(
-        cls, creep: Creep | None, mortar: BoolArray, joints: JointProperties, lumped: JointProperties
-    ) -> JointCreep | None:
-        """Creep over time of the mortar (m,), from the law of joints alone and in series with blocks, or None."""
+    def of(cls, creep: Creep | None, mortar: BoolArray, joints: Pair, lumped: Pair) -> JointCreep | None:
+        """Creep over time of the mortar (m,), from stiffnesses (m,) of joints alone and in series with blocks."""
         if creep is None or creep.relaxation_time is None:
             return None
         phi = np.where(mortar, creep.coefficient, 0.0)
-        names = ("normal_stiffness", "shear_stiffness")
-        alone, whole = ([getattr(law, name) for name in names] for law in (joints, lumped))
-        normal, shear = ((phi * k / k_alone)[:, None] for k, k_alone in zip(whole, alone))
+        normal, shear = ((phi * k / k_alone)[:, None] for k, k_alone in zip(lumped, joints))
         time = creep.relaxation_time
-        springs = whole[0][:, None], whole[1][:, None]
+        springs = lumped[0][:, None], lumped[1][:, None]
         return cls((normal, shear), springs, time * (1.0 + creep.coefficient), time)
 
     def ahead(self, start: Pair, stresses: Pair, years: float) -> Pair:

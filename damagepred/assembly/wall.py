@@ -321,7 +321,7 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
     mortar = np.isin(material, CREEPING)
     if scene.creep is not None and scene.creep.relaxation_time is None:
         properties = softened(properties, mortar, scene.creep.coefficient)
-    joints_alone = properties
+    joints_alone = properties.normal_stiffness, properties.shear_stiffness
     places = whole_centres(interfaces, blocks)
     properties = with_brick_stiffness(properties, interfaces, bricks, scene.block)
     if scene.solver.lump_block_elasticity:
@@ -331,6 +331,7 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
         )
     properties, sections = section_law(properties, geometry, scene.footing)
     properties, snap_back = brittle_where_soft(properties, interfaces.joint)
+    lumped = properties.normal_stiffness, properties.shear_stiffness
     widths = np.array([joint.width for joint in scene.control_joint] + [0.0])
     properties = properties._replace(gap=widths[control])
     density = np.array([s.density for s in substances])[substance]
@@ -369,7 +370,7 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
         footing=footing if len(footing) else None,
         sections=sections,
         history=scene.movement.increments_of_history(),
-        creep=JointCreep.of(scene.creep, mortar, joints_alone, properties),
+        creep=JointCreep.of(scene.creep, mortar, joints_alone, lumped),
     )
     if scene.movement.shape == "jacks":
         return _on_jacks(scene, model, geometry, footing)

@@ -13,7 +13,7 @@ import numpy as np
 
 from damagepred.archive.cautions import wall_cautions
 from damagepred.arrays import FloatArray
-from damagepred.assembly import Limits, Model, wall_cost
+from damagepred.assembly import Limits, wall_cost
 from damagepred.campaign.sample import sample_of
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.site_classes import site_line
@@ -88,13 +88,6 @@ class _TimingLimit(Exception):
     """Increments have been timed for long enough."""
 
 
-def _zone_bytes(model: Model, increments: int) -> int:
-    """Memory of stress and state of zones and of displacements of gridpoints at all increments (bytes)."""
-    if model.mesh is None:
-        return 0
-    return (increments + 1) * (len(model.mesh.zones) * (4 * 8 + 1) + model.mesh.x.size * 2 * 8)
-
-
 def _peak_bytes() -> int:
     """Peak memory of this process (bytes), 0 on systems other than Linux."""
     if not sys.platform.startswith("linux"):
@@ -134,6 +127,7 @@ def estimate_cost(
     compile_seconds = time.perf_counter() - began
     model = model_of(scene, fields)
     dynamics, mesh = scene.dynamics, model.mesh
+    zones, gridpoints = (0, 0) if mesh is None else (len(mesh.zones), mesh.x.size)
     count = scene.movement.increment_count if dynamics is None else dynamics.outputs
     began = time.perf_counter()
     seconds, status, cautions = _timed(scene, fields, count, on_step, limits, timing_limit)
@@ -159,9 +153,10 @@ def estimate_cost(
         matrix_bytes=matrix_bytes(model, scene.solver),
         status=status,
         deformable_blocks=0 if mesh is None else len(mesh.block),
-        zones=0 if mesh is None else len(mesh.zones),
-        gridpoints=0 if mesh is None else mesh.x.size,
-        zone_bytes=_zone_bytes(model, count),
+        zones=zones,
+        gridpoints=gridpoints,
+        # stress and state of zones, displacements of gridpoints
+        zone_bytes=(count + 1) * (zones * (4 * 8 + 1) + gridpoints * 2 * 8),
         peak_bytes=_peak_bytes(),
         cautions=cautions,
         accuracy=() if dynamics is not None else tuple(accuracy_lines(scene)),
@@ -213,32 +208,20 @@ def accuracy_lines(scene: Scene) -> list[str]:
     similar = [row for row in rows if (row.dpc, row.opening) == (scene.dpc is not None, bool(scene.opening))]
     which = "walls like it" if similar else "other walls"
     similar = similar or rows
-    head = f'  accuracy = "{scene.solver.accuracy}"{_exceptions(scene)}; largest errors measured on {which}'
+    values = preset(scene.solver.accuracy, method)
+    other = [key for key, value in values.items() if getattr(scene.solver, key) != value]
+    exceptions = f", except {', '.join(other)}" if other else ""
+    head = f'  accuracy = "{scene.solver.accuracy}"{exceptions}; largest errors measured on {which}'
     lines = [f"{head} ({_walls(similar)}):"]
     for accuracy in PRESETS:
         of_preset = [row for row in similar if row.accuracy == accuracy]
         others = [row for row in rows if row.accuracy == accuracy]
-        lines.append(f"    {accuracy}: {_sets(accuracy, method)}")
+        keys = ((key, f'"{v}"' if isinstance(v, str) else f"{v:g}") for key, v in PRESETS[accuracy][method].items())
+        lines.append(f"    {accuracy}: {', '.join(map(' = '.join, keys)) or 'the defaults'}")
         if of_preset:
             lines.append(f"      {_errors(of_preset)}")
         lines += [f"      {_elsewhere(q, others)}" for q in DAMAGE if all(row.quantity != q for row in of_preset)]
     return lines
-
-
-def _exceptions(scene: Scene) -> str:
-    """Keys of the scene that differ from its preset."""
-    values = preset(scene.solver.accuracy, scene.solver.method)
-    other = [key for key, value in values.items() if getattr(scene.solver, key) != value]
-    return f", except {', '.join(other)}" if other else ""
-
-
-def _sets(accuracy: str, method: str) -> str:
-    keys = PRESETS[accuracy][method]
-    return ", ".join(f"{key} = {_value(value)}" for key, value in keys.items()) or "the defaults"
-
-
-def _value(value: object) -> str:
-    return f'"{value}"' if isinstance(value, str) else f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _walls(rows: list[Measured]) -> str:

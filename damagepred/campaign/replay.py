@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.folder import StudyFolder
-from damagepred.archive.parts import Columns, read_part
-from damagepred.archive.provenance import Environment, environment, from_table, why_bits_differ
+from damagepred.archive.parts import read_part
+from damagepred.archive.provenance import environment, from_table, why_bits_differ
 from damagepred.assembly import NO_LIMITS
 from damagepred.campaign.campaign import Campaign
 from damagepred.campaign.sample import sampled_wall
@@ -70,24 +70,12 @@ def _compare(folder: StudyFolder, sample: int, ds: xr.Dataset) -> str:
     steps = int(np.isfinite(paths["base_reaction"]).sum()) if paths else len(ds["increment"])
     # a study may keep only the end of the path, if the path reached it
     reached = not ends or bool(np.isfinite(ends["base_reaction"]))
-    differing = [
-        name
-        for name, archived in paths.items()
-        if not np.array_equal(archived[:steps], ds[name].values[:steps], equal_nan=True)
-    ]
-    differing += [
-        name
-        for name, archived in ends.items()
-        if reached and not np.array_equal(archived, ds[name].values[-1], equal_nan=True)
-    ]
+    pairs = [(name, archived[:steps], ds[name].values[:steps]) for name, archived in paths.items()]
+    pairs += [(name, archived, ds[name].values[-1]) for name, archived in ends.items() if reached]
+    differing = [name for name, archived, now in pairs if not np.array_equal(archived, now, equal_nan=True)]
     if differing:
-        why = why_bits_differ(_environment_of(columns, row), environment())
+        column = columns.get("environment")  # parts of older versions lack it
+        solved_in = None if column is None else from_table(column.attributes)[int(column.values[row])]
+        why = why_bits_differ(solved_in, environment())
         return f"differs from the archive in {', '.join(differing)}. {why}"
     return f"{BIT_FOR_BIT} equal to sample {sample} of the archive"
-
-
-def _environment_of(columns: Columns, row: int) -> Environment | None:
-    """Environment that solved a sample; None in parts of older versions."""
-    if (column := columns.get("environment")) is None:
-        return None
-    return from_table(column.attributes)[int(column.values[row])]

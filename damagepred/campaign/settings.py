@@ -205,7 +205,10 @@ class StudySettings:
         """Settings with the values of their files, which are in a folder."""
         tables = {key: value for key, value in tables.items() if key != VERSION}
         settings = build(cls, tables, source)._with_places_of_scene(source)._with_material_scatter()
-        settings = settings._with_sample_table(folder)._with_measured_values(folder)
+        settings = settings._with_sample_table(folder)
+        measured = {p: v.with_values(p, Scene.unit_of(p), folder) for p, v in settings.variables.items()}
+        if measured != settings.variables:
+            settings = dataclasses.replace(settings, variables=measured)
         settings.check(source)
         return settings
 
@@ -277,11 +280,6 @@ class StudySettings:
         columns = tuple(table)
         return dataclasses.replace(self, study=dataclasses.replace(how, table=file, table_columns=columns))
 
-    def _with_measured_values(self, folder: Path) -> StudySettings:
-        """Settings with the measured values of variables that name a file in a folder."""
-        read = {p: v.with_values(p, Scene.unit_of(p), folder) for p, v in self.variables.items()}
-        return self if read == self.variables else dataclasses.replace(self, variables=read)
-
     def check(self, source: str) -> None:
         """Check the combination of all tables."""
         table = self.damage_table
@@ -315,14 +313,10 @@ class StudySettings:
                 if key in self.study.table_columns:
                     raise InputError(f'{where}: "{key}" is a column of the table, whose samples stay as they are.')
                 if key not in self.variables:
-                    what = (
-                        "is a number of the scene without"
-                        if key in places
-                        else "is no variable of this study; there is no"
-                    )
-                    raise InputError(
-                        f'{where}: "{key}" {what} table [variables."{key}"].' + nearest(key, self.variables)
-                    )
+                    what = "is no variable of this study; there is no"
+                    what = "is a number of the scene without" if key in places else what
+                    hint = nearest(key, self.variables)
+                    raise InputError(f'{where}: "{key}" {what} table [variables."{key}"].{hint}')
             if a == b:
                 raise InputError(f"{where}: a variable has correlation 1 with itself; leave this line out.")
             if not -1 <= value <= 1:
@@ -449,12 +443,8 @@ class StudySettings:
 
         def table() -> dict[str, FloatArray]:
             columns = {from_0(key): key for key in how.table_columns}  # headers of older studies
-            columns_read = read_table(str(how.table), Scene.unit_of, [*how.table_columns, *columns])
-            return (
-                columns_read
-                if {*columns_read} == {*how.table_columns}
-                else {columns[key]: v for key, v in columns_read.items()}
-            )
+            read = read_table(str(how.table), Scene.unit_of, [*how.table_columns, *columns])
+            return read if {*read} == {*how.table_columns} else {columns[key]: v for key, v in read.items()}
 
         sampler = Sampler(
             how.sampler,

@@ -61,7 +61,11 @@ def run_until(
         over = budget is not None and time.monotonic() - began >= budget
         if summary.interrupted and not over:
             return Ending(summary, seen, "interrupted")
-        seen.append(_look(rule, out, summary.done, confidence))
+        look = InterimAnalysis(summary.done, None, False)
+        if rule is not None:
+            estimate = rule.estimate(open_study(out), confidence)
+            look = InterimAnalysis(summary.done, estimate, rule.met(estimate))
+        seen.append(look)
         if on_look:
             on_look(seen[-1])
         reason = "enough" if seen[-1].enough else "time" if over else "samples" if count == sizes[-1] else ""
@@ -99,13 +103,6 @@ def _run_to(
     finally:
         if timer is not None:
             timer.cancel()
-
-
-def _look(rule: StopWhen | None, out: str | Path, done: int, confidence: float) -> InterimAnalysis:
-    if rule is None:
-        return InterimAnalysis(done, None, False)
-    estimate = rule.estimate(open_study(out), confidence)
-    return InterimAnalysis(done, estimate, rule.met(estimate))
 
 
 def _record(out: str | Path, rule: StopWhen | None, seen: list[InterimAnalysis], reason: str) -> None:

@@ -113,16 +113,9 @@ def _check_folder(folder: StudyFolder, result: Verification) -> xr.Dataset | Non
     if folder.results_file.exists():
         with result.check():
             _compare(read_dataset(folder.results_file, folder.study_hash), ds, folder.results_file)
-    parts, failures = len(folder.part_files()), len(folder.failed_samples())
     result.damaged = list(dict.fromkeys(result.damaged))
-    result.files = (
-        parts
-        + failures
-        + sum(
-            file.is_file()
-            for file in (folder.study_file, folder.manifest_file, folder.design_file, folder.results_file)
-        )
-    )
+    single = (folder.study_file, folder.manifest_file, folder.design_file, folder.results_file)
+    result.files = len(folder.part_files()) + len(folder.failed_samples()) + sum(file.is_file() for file in single)
     result.notes += [f"{word}." for word in mixture(ds)]
     if missing := int((ds["status"].values == SampleStatus.MISSING).sum()):
         result.notes.append(f"{missing} of {ds.sizes['sample']} samples have no result; `damagepred study` runs them.")
@@ -158,12 +151,8 @@ def repair(path: str | Path) -> list[str]:
         folder.tidy()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ArchiveWarning)  # the sentences report it
-            return [
-                *_repair_study(folder),
-                *_repair_design(folder),
-                *_repair_manifest(folder),
-                *_repair_samples(folder),
-            ]
+            repairs = (_repair_study, _repair_design, _repair_manifest, _repair_samples)
+            return [sentence for repaired in repairs for sentence in repaired(folder)]
     finally:
         lock.release()
 

@@ -7,13 +7,10 @@ from damagepred.damage.cracks import find_cracks as find_cracks
 from damagepred.damage.cracks import group_widths as group_widths
 from damagepred.damage.deep_beam import BeamStrain, beam_strain, deflection_over_strain
 from damagepred.damage.deviation import Deviation as Deviation
+from damagepred.damage.deviation import Distortion as Distortion
+from damagepred.damage.deviation import Frames as Frames
 from damagepred.damage.deviation import SightLines as SightLines
-from damagepred.damage.deviation import deviation_limits
-from damagepred.damage.distortion import Distortion as Distortion
-from damagepred.damage.distortion import Frames as Frames
-from damagepred.damage.distortion import sticking_limits
-from damagepred.damage.growth import Growth as Growth
-from damagepred.damage.growth import Numbered as Numbered
+from damagepred.damage.deviation import deviation_limits, sticking_limits
 from damagepred.damage.joints import JointMap as JointMap
 from damagepred.damage.judge import GROUP_COUNTS
 from damagepred.damage.judge import Rules as Rules
@@ -27,6 +24,8 @@ from damagepred.damage.limits import (
     load_strain_table,
 )
 from damagepred.damage.table import DamageTable, load_table, read_table
+from damagepred.damage.tracing import Growth as Growth
+from damagepred.damage.tracing import Numbered as Numbered
 
 __all__ = [
     "GROUP_COUNTS",

@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from damagepred.damage.growth import DPC_OPENING, DPC_SLIP
+from damagepred.damage.tracing import DPC_OPENING, DPC_SLIP
 from damagepred.inputs.arguments import checked
 from damagepred.plotting.categories import table_of
 from damagepred.plotting.colours import CATEGORY_COLOURS, DPC_COLOUR, SLIP_COLOUR

@@ -133,10 +133,16 @@ def judge_again(
     validated = Damage(**given)
     rules = own._replace(table=_table(own, table, plasterboard), **{name: getattr(validated, name) for name in given})
     judged = ds.copy()
+    notes: list[str] = []
     if "contact_opening" in ds:
-        notes = _judge_wall(judged, rules)
+        _judge_wall(judged, rules)
     else:
         notes = _judge_numbers(judged, own, rules)
+    for name in (*CATEGORY_VARIABLES, *(f"end_{name}" for name in CATEGORY_VARIABLES), WORST_CATEGORY):
+        if name in judged:
+            judged[name].attrs = category_attributes(
+                rules.table.category_names, f"{rules.table.name}; {rules.table.source}"
+            ) | {"long_name": VARIABLES[name].long_name}
     notes += _levels(judged)
     judged.attrs["damage_table"] = rules.table.name
     judged.attrs["damage_measure"] = rules.measure
@@ -147,7 +153,7 @@ def judge_again(
 
 def _archived_rules(ds: xr.Dataset) -> Rules:
     """Return the rules that an archive was judged by; without a scene in it, the defaults."""
-    rules = Rules.from_settings(**asdict(Damage(**_scene(ds).get("damage", {}))))
+    rules = Rules.from_settings(**asdict(Damage(**tomllib.loads(str(ds.attrs.get("scene", ""))).get("damage", {}))))
     if "damage_measure" in ds.attrs:  # judged again
         counted = bool(int(ds.attrs["count_footing_gap"]))
         rules = rules._replace(measure=str(ds.attrs["damage_measure"]), count_footing_gap=counted)
@@ -155,10 +161,6 @@ def _archived_rules(ds: xr.Dataset) -> Rules:
     plain = [load_table(name) for name in TABLES]
     known = [rules.table, *plain, *(one.with_plasterboard() for one in plain if one.plasterboard_factor is not None)]
     return rules._replace(table=next((one for one in known if one.name == name), rules.table))
-
-
-def _scene(ds: xr.Dataset) -> dict[str, Any]:
-    return tomllib.loads(str(ds.attrs.get("scene", "")))
 
 
 def _table(own: Rules, table: str | Path | DamageTable | None, plasterboard: bool | None) -> DamageTable:
@@ -179,7 +181,7 @@ def _table(own: Rules, table: str | Path | DamageTable | None, plasterboard: boo
 # -- one wall, from its contacts -------------------------------------------------------------------------------------
 
 
-def _judge_wall(ds: xr.Dataset, rules: Rules) -> list[str]:
+def _judge_wall(ds: xr.Dataset, rules: Rules) -> None:
     joints = JointMap.from_dataset(ds, with_blocks=True)
     shape = joints.contact_x.shape
     opening, slip, state = (ds[f"contact_{name}"].values for name in ("opening", "slip", "state"))
@@ -203,11 +205,6 @@ def _judge_wall(ds: xr.Dataset, rules: Rules) -> list[str]:
         if name in ds:
             ds[name].attrs.update(more)
     _worst_so_far(ds)
-    for name in CATEGORY_VARIABLES:
-        _name(ds, name, rules.table)
-    if WORST_CATEGORY in ds:
-        _name(ds, WORST_CATEGORY, rules.table)
-    return []
 
 
 def _worst_so_far(ds: xr.Dataset) -> list[str]:
@@ -223,12 +220,6 @@ def _worst_so_far(ds: xr.Dataset) -> list[str]:
     return []
 
 
-def _name(ds: xr.Dataset, name: str, table: DamageTable) -> None:
-    attributes = category_attributes(table.category_names, f"{table.name}; {table.source}")
-    attributes["long_name"] = VARIABLES[name].long_name
-    ds[name].attrs = attributes
-
-
 # -- a study, from the numbers it keeps ------------------------------------------------------------------------------
 
 
@@ -242,10 +233,6 @@ def _judge_numbers(ds: xr.Dataset, own: Rules, rules: Rules) -> list[str]:
                 found = _judge_columns(ds, before, prefix, name, own, rules)
                 notes += found if name == "damage_category" else []
     notes += _worst_so_far(ds)
-    judged = (f"{prefix}{name}" for prefix in ("", "end_") for name in CATEGORY_VARIABLES)
-    for name in (*judged, WORST_CATEGORY):
-        if name in ds:
-            _name(ds, name, rules.table)
     if "crack_band_width_max" not in ds:
         notes.append("no crack bands: the archive does not hold their widths; replay solves a wall of it again")
     if "footing_opening_max" not in ds:
@@ -375,26 +362,23 @@ def _levels(ds: xr.Dataset) -> list[str]:
     notes = []
     if "tilt_max" in ds and "slope_max" in ds:
         limits = deviation_limits()
-        _put_level(ds, "deviation_level", limits.level(ds["tilt_max"].values, ds["slope_max"].values), "tilt_max")
-        _say_source(ds, "deviation_level", limits.name, limits.source, limits.confidence)
+        _put_level(
+            ds, "deviation_level", "tilt_max", limits, limits.level(ds["tilt_max"].values, ds["slope_max"].values)
+        )
     else:
         notes.append("no deviation from level and plumb: the archive does not hold it")
     if "opening_distortion" in ds:
         sticking = sticking_limits()
         measured = (ds[f"opening_{name}"].values for name in ("distortion", "width_change", "diagonal_change"))
-        _put_level(ds, "opening_sticking", sticking.level(*measured), "opening_distortion")
-        _say_source(ds, "opening_sticking", sticking.name, sticking.source, sticking.confidence)
+        _put_level(ds, "opening_sticking", "opening_distortion", sticking, sticking.level(*measured))
     else:
         notes.append("no sticking doors and windows: the archive does not hold how their openings are distorted")
     return notes
 
 
-def _put_level(ds: xr.Dataset, name: str, level: Int8Array, like: str) -> None:
-    ds[name] = (ds[like].dims, level, VARIABLES[name].attributes())
-
-
-def _say_source(ds: xr.Dataset, name: str, title: str, source: str, confidence: str) -> None:
-    ds[name].attrs["comment"] = f"{title}; {source} ({confidence})"
+def _put_level(ds: xr.Dataset, name: str, like: str, limits: Any, level: Int8Array) -> None:
+    comment = f"{limits.name}; {limits.source} ({limits.confidence})"
+    ds[name] = (ds[like].dims, level, VARIABLES[name].attributes() | {"comment": comment})
 
 
 class Share(NamedTuple):
@@ -424,7 +408,7 @@ def has_dpc(ds: xr.Dataset) -> bool:
     """Whether an archived wall, or the walls of a study, have a dpc."""
     if "contact_kind" in ds:
         return bool((ds["contact_kind"].values == ContactKind.DPC).any())
-    return "dpc" in _scene(ds)
+    return "dpc" in tomllib.loads(str(ds.attrs.get("scene", "")))
 
 
 def shown_gaps(ds: xr.Dataset) -> list[str]:

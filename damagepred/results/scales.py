@@ -84,16 +84,14 @@ def compare_scales(ds: xr.Dataset, increment: int | None = None) -> xr.Dataset:
     weights = np.broadcast_to(weight[:, None], states.reshape(len(judged), len(weight), -1).shape[1:]).ravel()
     flat = states.reshape(len(judged), -1)
     known, beyond = flat >= 0, flat >= 1
+    counted, first = (known * weights).sum(axis=1), (beyond * weights).sum(axis=1)
+    reached = np.divide(first, counted, out=np.full(len(judged), np.nan), where=counted > 0)
     pairs = np.array([[_pair(a, b, weights) for b in flat] for a in flat])
     both = ("scale", "other")
     return xr.Dataset(
         {
             "level": (("scale", *category.dims), level, {"long_name": "level on the scale; -1: unknown"}),
-            "share_reached": (
-                "scale",
-                _ratio((beyond * weights).sum(axis=1), (known * weights).sum(axis=1)),
-                {"units": "1", "long_name": "share of states beyond the first limit"},
-            ),
+            "share_reached": ("scale", reached, {"units": "1", "long_name": "share of states beyond the first limit"}),
             "agreement": (both, pairs[..., 0], {"units": "1", "long_name": "share of states judged alike"}),
             "rank_correlation": (both, pairs[..., 1], {"units": "1", "long_name": "Kendall's tau-b of the levels"}),
             "states": (both, known.astype(np.int32) @ known.astype(np.int32).T, {"long_name": "states that both know"}),
@@ -106,10 +104,6 @@ def compare_scales(ds: xr.Dataset, increment: int | None = None) -> xr.Dataset:
         },
         attrs={"title": str(ds.attrs.get("title", "")), "left_out": "; ".join(left_out)},
     )
-
-
-def _ratio(part: FloatArray, whole: FloatArray) -> FloatArray:
-    return np.divide(part, whole, out=np.full(np.shape(whole), np.nan), where=whole > 0)
 
 
 def _pair(a: Int8Array, b: Int8Array, weights: FloatArray) -> tuple[float, float]:

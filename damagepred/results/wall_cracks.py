@@ -10,8 +10,7 @@ import xarray as xr
 
 from damagepred.archive.schema import Variable, dataset
 from damagepred.damage import HAIRLINE, Growth, JointMap, Numbered
-from damagepred.damage.growth import PARTS
-from damagepred.damage.tracing import ORIENTATIONS, Links, links_of
+from damagepred.damage.tracing import ORIENTATIONS, PARTS, Links, links_of
 from damagepred.enumerations import ContactKind, ContactState, ZoneState, flag_meanings
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked

@@ -4,9 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import Protocol
 
 from damagepred.errors import InputError
-from damagepred.scene.scene import Scene
+
+
+class Numbered(Protocol):
+    """Numbers by key with their SI units, such as those of a scene."""
+
+    @property
+    def numbers(self) -> Mapping[str, float]: ...  # noqa: D102
+
+    @staticmethod
+    def unit_of(place: str) -> str: ...  # noqa: D102
+
 
 _LEAST = {
     "tensile_strength": (10.0, 100.0, "MPa"),
@@ -73,45 +84,44 @@ A length above its bound is millimetres without their unit: a soil layer of 400,
 """
 
 
-def unlikely_values(scene: Scene, means: Mapping[str, float] | None = None) -> list[str]:
+def unlikely_values(scene: Numbered, means: Mapping[str, float] | None = None) -> list[str]:
     """Possible but unlikely numbers, each in a sentence with a suggestion."""
     sentences = []
     for key, value in {**scene.numbers, **(means or {})}.items():
-        least, most = _limits(key, 1)
+        least, most = _limits(key, scene.unit_of(key), 1)
         if value and not (least <= value and abs(value) <= most):
-            sentences.append(f"{_shown(key, value)}: did you mean {_meant(key, value)}?")
+            sentences.append(f"{_shown(key, value, scene.unit_of(key))}: did you mean {_meant(key, value)}?")
     return sentences
 
 
-def require_possible(scene: Scene, means: Mapping[str, float], source: str) -> None:
+def require_possible(scene: Numbered, means: Mapping[str, float], source: str) -> None:
     """Refuse numbers of a scene, or means of variables, that no masonry and no soil has."""
     sentences = []
     for key, value in {**scene.numbers, **means}.items():
-        least, most = _limits(key, 0)
+        least, most = _limits(key, unit := scene.unit_of(key), 0)
         if value and not (least <= value and abs(value) <= most):
-            unit = Scene.unit_of(key).replace("**", "").removesuffix("1")
+            si = unit.replace("**", "").removesuffix("1")
             bound = f"0, or at least {least:g}" if value < least else f"at most {most:g}"
             where = f'[variables."{key}"]: mean of ' if key in means else ""
             sentences.append(
-                f"{source}: {where}{_shown(key, value)}: must be {f'{bound} {unit}'.strip()}. "
+                f"{source}: {where}{_shown(key, value, unit)}: must be {f'{bound} {si}'.strip()}. "
                 f"Did you mean {_meant(key, value)}?"
             )
     if sentences:
         raise InputError("\n".join(sentences))
 
 
-def _limits(path: str, which: int) -> tuple[float, float]:
+def _limits(path: str, unit: str, which: int) -> tuple[float, float]:
     """Least and largest value of a number: 0 possible, 1 likely."""
     table, key = path.split(".")[0], path.split(".")[-1]
-    ends = _LEAST if Scene.unit_of(path) != "1" else {}  # a factor on a strength has no unit
+    ends = _LEAST if unit != "1" else {}  # a factor on a strength has no unit
     least = next((limits[which] for end, limits in ends.items() if key.endswith(end)), -math.inf)
     most = next((limits[which] for end, limits in _MOST.items() if f"{table}.{key}".endswith(end)), math.inf)
     return float(least), most
 
 
-def _shown(key: str, value: float) -> str:
-    unit = Scene.unit_of(key).replace("**", "")
-    return f"{key} = {value:g}" + (f" {unit}" if unit != "1" else "")
+def _shown(key: str, value: float, unit: str) -> str:
+    return f"{key} = {value:g}" + (f" {unit.replace('**', '')}" if unit != "1" else "")
 
 
 def _meant(path: str, value: float) -> str:

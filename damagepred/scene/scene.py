@@ -28,6 +28,7 @@ from damagepred.scene.material_library import with_material
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement, with_largest_stage
+from damagepred.scene.plausibility import require_possible
 from damagepred.scene.quantity import to_si, unit_in
 from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Report, Solver
@@ -476,8 +477,6 @@ class Scene:
 
     def _require_consistent(self, stated: Any, source: str) -> None:
         """Refuse impossible numbers, and stated numbers (tables, or objects made in Python) that follow from others."""
-        from damagepred.scene.plausibility import require_possible
-
         require_possible(self, {}, source)
         log = bool(self.soil_layer)
         for path in FOLLOWING if log or self.movement.seasons else ():

@@ -9,7 +9,7 @@ import pytest
 
 from damagepred.assembly import wall_model
 from damagepred.damage import Growth, JointMap, judge
-from damagepred.damage.growth import BELOW_DPC, DPC_OPENING, WALL
+from damagepred.damage.tracing import BELOW_DPC, DPC_OPENING, WALL
 from damagepred.one_wall.judged_path import joint_map
 from damagepred.scene import Damage, Dpc, Joint, Scene, Solver, Wall
 from tests.damage.pattern import rules_of

@@ -6,8 +6,19 @@ import numpy as np
 import pytest
 
 from damagepred.damage import HAIRLINE, Growth, Numbered, find_cracks
-from damagepred.damage.growth import BELOW_DPC, DPC_OPENING, DPC_SLIP, WALL
-from damagepred.damage.tracing import DIAGONAL, HORIZONTAL, STEPPED, VERTICAL, Links, Pieces, links_of
+from damagepred.damage.tracing import (
+    BELOW_DPC,
+    DIAGONAL,
+    DPC_OPENING,
+    DPC_SLIP,
+    HORIZONTAL,
+    STEPPED,
+    VERTICAL,
+    WALL,
+    Links,
+    Pieces,
+    links_of,
+)
 from damagepred.enumerations import ContactKind
 from tests.damage.pattern import COURSE, HALF, Pattern
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from damagepred.damage import HAIRLINE, Growth, find_cracks, judge
-from damagepred.damage.growth import WALL
+from damagepred.damage.tracing import WALL
 from damagepred.scene import Damage
 from tests.damage.pattern import Pattern, rules_of
 

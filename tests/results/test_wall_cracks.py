@@ -8,7 +8,7 @@ import xarray as xr
 
 import damagepred
 from damagepred.archive.files import read_dataset, write_dataset
-from damagepred.damage.growth import PARTS, WALL
+from damagepred.damage.tracing import PARTS, WALL
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.results.wall_cracks import CRACK_VARIABLES, WallCracks, crack_frame
