@@ -14,8 +14,8 @@ import xarray as xr
 from damagepred import Study, open_study
 from damagepred.arrays import FloatArray
 from damagepred.campaign.settings import StudySettings
-from damagepred.uq.scores import cov_interval, coverage, crps, pit
 from studies.pages import put_in
+from studies.validation.scores import cov_interval, coverage, crps, pit
 
 HERE = Path(__file__).resolve().parent
 

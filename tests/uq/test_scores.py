@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import kstest, norm
 
 from damagepred.errors import InputError
-from damagepred.uq.scores import cov_interval, coverage, crps, pit
+from studies.validation.scores import cov_interval, coverage, crps, pit
 
 
 @pytest.mark.parametrize("y", [-2.0, 0.0, 0.7, 3.0])
