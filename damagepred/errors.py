@@ -116,6 +116,12 @@ def require_count(name: str, value: object, least: int = 1) -> None:
         raise InputError(f"{name} = {shown(value)}: must be a whole number, {least} or more.")
 
 
+def require_confidence(value: float) -> None:
+    """Check a confidence level."""
+    if not 0 < value < 1:
+        raise InputError(f"confidence = {value!r}: must lie between 0 and 1.")
+
+
 def require_one_of(name: str, value: object, allowed: Collection[str]) -> None:
     """Check that a value is one of some words."""
     if not isinstance(value, str) or value not in allowed:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from damagepred.analyses.limit_state import Question, study_for_limit_state
 from damagepred.analyses.rare_event_samples import Walls, WorkerPool, question_file
 from damagepred.archive.digest import read_signed_json, signed_json
-from damagepred.archive.files import check_output, write_whole
+from damagepred.archive.files import check_output, write_text
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import program, provenance
 from damagepred.archive.schema import SCHEMA_VERSION
@@ -183,8 +183,7 @@ def _prepare(
 
 
 def _write_question(folder: StudyFolder, content: dict[str, Any]) -> None:
-    text = signed_json(content | {"schema_version": SCHEMA_VERSION}, folder.study_hash)
-    write_whole(question_file(folder), lambda p: p.write_text(text, encoding="utf-8"))
+    write_text(question_file(folder), signed_json(content | {"schema_version": SCHEMA_VERSION}, folder.study_hash))
 
 
 def _write_result(folder: StudyFolder, event: RareEvent) -> None:
@@ -193,8 +192,7 @@ def _write_result(folder: StudyFolder, event: RareEvent) -> None:
     if event.failed:
         content |= {"failed_damaged": _content(event.failed_damaged)}
     content |= {"lower_whatever_failed": low, "upper_whatever_failed": high}
-    text = signed_json(content, folder.study_hash)
-    write_whole(folder.path / "result.json", lambda p: p.write_text(text, encoding="utf-8"))
+    write_text(folder.path / "result.json", signed_json(content, folder.study_hash))
 
 
 def _content(estimate: SubsetEstimate) -> dict[str, Any]:

@@ -57,6 +57,11 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
                 temporary.unlink(missing_ok=True)
 
 
+def write_text(path: Path, text: str) -> None:
+    """Write a text in UTF-8 as a whole file."""
+    write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
 def check_output(path: str | Path, *suffixes: str, inputs: Iterable[Path] = (), new_folder: bool = False) -> None:
     """Refuse a file that cannot be written or has a wrong suffix; without suffixes a folder. Writes nothing."""
     target = Path(path)

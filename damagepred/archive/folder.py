@@ -33,7 +33,7 @@ import xarray as xr
 
 from damagepred.archive.checks import check_attributes
 from damagepred.archive.digest import read_signed_json, signed, signed_json, study_hash, verified
-from damagepred.archive.files import check_output, read_dataset, write_dataset, write_whole
+from damagepred.archive.files import check_output, read_dataset, write_dataset, write_text, write_whole
 from damagepred.archive.parts import Column, Columns, columns_of, read_part
 from damagepred.archive.provenance import Environment, as_table, from_table, provenance
 from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, dataset, with_shared_movement
@@ -199,8 +199,7 @@ class StudyFolder:
     def write_manifest(self, manifest: Mapping[str, Any], study: str | None = None) -> None:
         """Replace the manifest; the schema version is added."""
         record = dict(sorted({**manifest, "schema_version": SCHEMA_VERSION}.items()))
-        text = signed_json(record, study or self.study_hash)
-        write_whole(self.manifest_file, lambda p: p.write_text(text, encoding="utf-8"))
+        write_text(self.manifest_file, signed_json(record, study or self.study_hash))
 
     @property
     def stopping(self) -> bool:
@@ -283,8 +282,7 @@ class StudyFolder:
             "schema_version": SCHEMA_VERSION,
             **provenance(),
         }
-        text = signed_json(record, self.study_hash)
-        write_whole(self.failure_file(sample), lambda p: p.write_text(text, encoding="utf-8"))
+        write_text(self.failure_file(sample), signed_json(record, self.study_hash))
 
     def forget_failures(self, samples: set[int]) -> None:
         """Remove failed samples, so that they run again; the record of the failure last."""

@@ -10,7 +10,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from damagepred.archive.files import write_whole
+from damagepred.archive.files import write_text
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.campaign.campaign import Campaign, Progress, RunSummary
 from damagepred.errors import InputError
@@ -115,5 +115,4 @@ def _record(out: str | Path, rule: StopWhen | None, seen: list[InterimAnalysis],
             for look in seen
         ],
     }
-    text = json.dumps(content, indent=2) + "\n"
-    write_whole(Path(out) / "stopping.json", lambda p: p.write_text(text, encoding="utf-8"))
+    write_text(Path(out) / "stopping.json", json.dumps(content, indent=2) + "\n")

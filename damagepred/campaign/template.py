@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal, get_args
 
-from damagepred.archive.files import write_whole
+from damagepred.archive.files import write_text
 from damagepred.errors import InputError
 
 Template = Literal["wall", "mound", "jacks", "control-joint", "seasons", "tree", "end-settlement", "soil-log", "survey"]
@@ -40,5 +40,5 @@ def write_template(path: Path, name: Template = "wall") -> list[Path]:
         if file.exists():
             raise InputError(f"{file}: exists and was not changed; give another name.")
     for file, text in texts.items():
-        write_whole(file, lambda place, words=text: place.write_text(words, encoding="utf-8"))  # type: ignore[misc]
+        write_text(file, text)
     return list(texts)

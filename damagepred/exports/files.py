@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import xarray as xr
 
-from damagepred.archive.files import check_output, write_whole
+from damagepred.archive.files import check_output, write_text, write_whole
 from damagepred.errors import InputError, nearest
 from damagepred.exports.openquake import openquake_xml
 from damagepred.exports.pelicun import pelicun_config, pelicun_frame
@@ -130,9 +130,9 @@ def export_curves(
         options = path.with_suffix(".json")
         config = json.dumps(pelicun_config(curves), indent=2) + "\n"
         write_csv(frame, path)
-        write_whole(options, lambda p: p.write_text(config, encoding="utf-8"))
+        write_text(options, config)
         return [path, options]
     form: Literal["continuous", "discrete"] = "discrete" if kind.endswith("discrete") else "continuous"
     xml = openquake_xml(curves, form, categories=categories, extrapolated=extrapolated)
-    write_whole(path, lambda p: p.write_text(xml, encoding="utf-8"))
+    write_text(path, xml)
     return [path]

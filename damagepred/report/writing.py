@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from damagepred.archive.files import check_output, read_dataset, write_whole
+from damagepred.archive.files import check_output, read_dataset, write_text
 from damagepred.archive.folder import StudyFolder
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
@@ -120,5 +120,5 @@ def write_report(
             raise InputError(f"{refused[0]}: goes with a study; {source} is one wall, whose report has the whole path.")
         page = wall_page(read_dataset(source), source.name, written)
     html = page_html(page)
-    write_whole(file, lambda p: p.write_text(html, encoding="utf-8"))
+    write_text(file, html)
     return file

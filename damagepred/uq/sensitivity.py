@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy import special
 
 from damagepred.arrays import FloatArray
-from damagepred.errors import InputError
+from damagepred.errors import InputError, require_confidence
 from damagepred.formatting import options_text
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.estimate import effective_samples, normal_factor
@@ -49,8 +49,7 @@ def sobol_indices(
             f"values: {np.shape(values)} of them for {len(names)} variables; there must be {len(names) + 2} for each "
             "of two or more base points, in the order of saltelli_points."
         )
-    if not 0 < confidence < 1:
-        raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
+    require_confidence(confidence)
     unknown = np.flatnonzero(~np.isfinite(y))
     if unknown.size:
         raise InputError(
@@ -164,8 +163,7 @@ def first_order(
 def _checked(
     inputs: Mapping[str, FloatArray], output: FloatArray, weight: FloatArray | None, confidence: float, fewest: int
 ) -> tuple[list[str], FloatArray, FloatArray, FloatArray]:
-    if not 0 < confidence < 1:
-        raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
+    require_confidence(confidence)
     y = np.asarray(output, dtype=np.float64)
     walls, finite = y.shape[-1], y if y.ndim == 1 else y[0]
     w = np.ones(walls) if weight is None else np.asarray(weight, dtype=np.float64)

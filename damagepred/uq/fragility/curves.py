@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.enumerations import SOLVED, SampleStatus
-from damagepred.errors import InputError, require_count, require_number
+from damagepred.errors import InputError, require_confidence, require_count, require_number
 from damagepred.formatting import options_text
 from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
@@ -155,8 +155,7 @@ def fit_fragility(
     if model not in get_args(Model):
         raise InputError(f"model = {model!r}: must be one of {', '.join(get_args(Model))}.")
     name = chosen_intensity(ds, intensity)
-    if not 0 < confidence < 1:
-        raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
+    require_confidence(confidence)
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
     wanted = (
         list(range(1, highest_category(ds) + 1)) if categories is None else [category_number(ds, c) for c in categories]
