@@ -1,16 +1,11 @@
 """Back-analysis: movement and cause of observed cracks, and damage by further movement.
 
-Every increment of every stored sample is one state of the prior: the sample with its weight, the increment with the
-prior probability of the movements nearest to it. The posterior weight is the prior weight times the likelihood
-(self-normalised importance sampling: Robert and Casella 2004, ch. 3). Causes are studies: their posterior odds are the
-prior odds times the ratio of their mean likelihoods (Bayes factor). Another cause, without a study, has the likelihood
-of a vague model (``Observations.vague_log_likelihood``).
-
-Local cracks and levels are read from replays. A part of the samples is replayed, drawn with probabilities proportional
-to the weights by all other observations, and weighted by the inverse (Horvitz and Thompson 1952).
-
-The likelihood of all observations together is integrated over the fitted distribution of the model's discrepancy, which
-they share. Its medians decide whether a state resembles the observations.
+Every increment of every stored sample is a state, with the sample's weight and the prior probability of the movements
+nearest to the increment, weighted by the likelihood (self-normalised importance sampling: Robert and Casella 2004, ch.
+3). Causes are studies, with Bayes factors from their mean likelihoods; another cause has the likelihood of a vague
+model. Local cracks and levels come from replays of some samples, drawn with probabilities proportional to the weights
+and weighted by the inverse (Horvitz and Thompson 1952). The likelihood of all observations together is integrated over
+the distribution of the model's discrepancy, whose medians decide whether a state resembles the observations.
 """
 
 from __future__ import annotations

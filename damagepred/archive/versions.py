@@ -1,16 +1,12 @@
 """Migration of older archives to the present schema.
 
-Version 1: one netCDF-4 file per sample in ``parts/``.
-Version 2: parts are in netCDF's classic format, with one or more samples. Variables are unchanged.
-Version 3: inputs of other damage tables are stored too: ``crack_group_width``, slopes, distortion of openings. Older
-archives lack them; ``damagepred.judge_again`` reports the missing inputs.
+Version 1: one netCDF-4 file per sample in ``parts/``. Version 2: parts in netCDF's classic format, one or more samples.
+Version 3: ``crack_group_width``, slopes, distortion of openings; ``damagepred.judge_again`` reports missing inputs.
 Version 4: each file of a study ends with a digest of its content and the hash of the study.
 Version 5: ``newton_iterations`` of the quasi-static solver and ``cycles`` of the others; both were ``cycles`` before.
-Version 6: no dimension of length 0; flags have a ``valid_range`` and no ``_FillValue``; a study has the coordinates
-``increment`` and ``movement``.
-Version 7: ``crack_width_worst`` of a movement in stages; it was ``worst_crack_width`` before.
-Version 8: keys count from 1, as ``soil_layer.1.thickness``; they counted from 0 before. A scene specifies the ground
-below its soil log; it did not move before.
+Version 6: no dimension of length 0; flags have a ``valid_range`` and no ``_FillValue``; studies have the coordinates
+``increment`` and ``movement``. Version 7: ``crack_width_worst``, which was ``worst_crack_width`` before.
+Version 8: keys count from 1 instead of 0. A scene specifies the ground below its soil log, which did not move before.
 """
 
 from __future__ import annotations

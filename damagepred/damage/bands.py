@@ -1,14 +1,10 @@
 """Width of a crack band: the openings of neighbouring joints, summed as one measures across them.
 
-Equilibrium often does not determine how neighbouring joints share an opening, so the widest single joint depends on
-solver, step size and rounding; the reading of a gauge across all of them does not. A straight gauge of a given length
-crosses joints of one kind at right angles: head joints along a course, bed joints upwards. Its reading is the sum of
-the openings of the broken joints that it crosses. The width of the band is the largest reading of all gauges on the
-wall; gauges begin at the contacts and the ends of joints.
-
-A gauge lies on masonry alone. It ends at an opening, a control joint, the damp-proof course, the footing bed and the
-end of the wall. A stepped or diagonal crack is read twice, along the course and upwards. The two readings are the
-components of its opening, of which the larger counts; the opening is at most 1.41 times that.
+Equilibrium often does not determine how neighbouring joints share an opening; the reading of a gauge across all of them
+is determined. A straight gauge of a given length crosses joints of one kind at right angles: head joints along a
+course, bed joints upwards. It lies on masonry alone and begins at a contact or the end of a joint. Its reading is the
+sum of the openings of the broken joints, and the width of the band is the largest reading. A stepped or diagonal crack
+is read both ways; of the two components of its opening the larger counts, and the opening is at most 1.41 times that.
 """
 
 from __future__ import annotations

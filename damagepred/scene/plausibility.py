@@ -10,7 +10,7 @@ from damagepred.errors import InputError
 
 
 class Numbered(Protocol):
-    """Numbers by key with their SI units, such as those of a scene."""
+    """Numbers by key with their SI units, such as a scene."""
 
     @property
     def numbers(self) -> Mapping[str, float]: ...  # noqa: D102

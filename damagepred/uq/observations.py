@@ -1,9 +1,8 @@
 """Observations on a damaged wall, and their likelihood for the states of solved walls.
 
 A measured value is normal about the wall's own, with the survey's error and the model's discrepancy added in squares
-(Kennedy and O'Hagan 2001). What is only known to lie beyond a limit is censored: its likelihood is the probability that
-the measurement lies there. The discrepancy is uncertain itself where it is fitted on few cases: all observations of a
-survey share it, and their joint likelihood is integrated over its distribution (Gauss-Hermite quadrature).
+(Kennedy and O'Hagan 2001); a limit is censored. All observations share the uncertain discrepancy, so their joint
+likelihood is integrated over its distribution (Gauss-Hermite quadrature).
 """
 
 from __future__ import annotations

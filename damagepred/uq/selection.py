@@ -1,17 +1,9 @@
 """Selection of an alternative by successive elimination: the cheapest safe one, or the one of least expected cost.
 
-**The cheapest whose probability of damage is low enough.** In each round every alternative that may still be the answer
-gets more samples. One whose upper bound lies below the limit meets the target; then all dearer ones are eliminated. One
-whose lower bound lies above it does not meet it.
-
-Its bounds are Hoeffding's (1963, theorem 1), n KL(mean, p) <= ln(1/alpha), which hold for the mean of
-independent values from 0 to 1. Each alternative and round has an equal part of the probability of error (Bonferroni).
-So all decisions are right with the stated probability, whether or not the alternatives share random numbers.
-
-**The least expected cost**, of building and repair. In each round the alternatives left are compared with the one of
-the least estimate, in pairs of the same samples. One that is dearer by its lower bound is eliminated. The bounds follow
-the spread of the differences (``betting_lower_bound``), which common random numbers keep small. They hold in all rounds
-at once; each pair has an equal part of the probability of error.
+In each round every alternative that may still be the answer gets more samples. For the cheapest safe one, Hoeffding's
+bounds of each probability (1963, theorem 1) decide, with an equal part of the probability of error for each alternative
+and round (Bonferroni). For the least expected cost, the others are compared with the one of the least estimate in pairs
+of the same samples; the bounds follow the spread of the differences (``betting_lower_bound``) and hold in all rounds.
 """
 
 from __future__ import annotations
