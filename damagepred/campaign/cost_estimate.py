@@ -13,7 +13,7 @@ import numpy as np
 
 from damagepred.archive.cautions import wall_cautions
 from damagepred.arrays import FloatArray
-from damagepred.assembly import Limits, wall_cost
+from damagepred.assembly import Limits, Model, wall_cost
 from damagepred.campaign.sample import sample_of
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.site_classes import site_line
@@ -88,6 +88,13 @@ class _TimingLimit(Exception):
     """Increments have been timed for long enough."""
 
 
+def _zone_bytes(model: Model, increments: int) -> int:
+    """Memory of stress and state of zones and of displacements of gridpoints at all increments (bytes)."""
+    if model.mesh is None:
+        return 0
+    return (increments + 1) * (len(model.mesh.zones) * (4 * 8 + 1) + model.mesh.x.size * 2 * 8)
+
+
 def _peak_bytes() -> int:
     """Peak memory of this process (bytes), 0 on systems other than Linux."""
     if not sys.platform.startswith("linux"):
@@ -127,7 +134,6 @@ def estimate_cost(
     compile_seconds = time.perf_counter() - began
     model = model_of(scene, fields)
     dynamics, mesh = scene.dynamics, model.mesh
-    zones, gridpoints = (0, 0) if mesh is None else (len(mesh.zones), mesh.x.size)
     count = scene.movement.increment_count if dynamics is None else dynamics.outputs
     began = time.perf_counter()
     seconds, status, cautions = _timed(scene, fields, count, on_step, limits, timing_limit)
@@ -153,10 +159,9 @@ def estimate_cost(
         matrix_bytes=matrix_bytes(model, scene.solver),
         status=status,
         deformable_blocks=0 if mesh is None else len(mesh.block),
-        zones=zones,
-        gridpoints=gridpoints,
-        # stress and state of zones, displacements of gridpoints
-        zone_bytes=(count + 1) * (zones * (4 * 8 + 1) + gridpoints * 2 * 8),
+        zones=0 if mesh is None else len(mesh.zones),
+        gridpoints=0 if mesh is None else mesh.x.size,
+        zone_bytes=_zone_bytes(model, count),
         peak_bytes=_peak_bytes(),
         cautions=cautions,
         accuracy=() if dynamics is not None else tuple(accuracy_lines(scene)),
