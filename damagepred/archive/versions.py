@@ -99,12 +99,13 @@ COUNTS_FROM_1 = 8
 """First version whose keys count from 1."""
 
 MIGRATIONS: dict[int, Migration] = {
+    **dict.fromkeys((1, 2, 3), lambda ds: ds),
     4: _split_cycles,
     5: _without_empty_dimensions,
     6: _worst_width_named_as_others,
     7: _counted_from_1,
 }
-"""Migration from a version to the next, where the content changed."""
+"""Migration from each version to the next."""
 
 
 def brought_up_to_date(version: int, source: str, ds: xr.Dataset | None = None) -> xr.Dataset:
@@ -116,6 +117,6 @@ def brought_up_to_date(version: int, source: str, ds: xr.Dataset | None = None) 
             f"{source}: has schema version {version}, this damagepred reads up to {SCHEMA_VERSION}; update it."
         )
     ds = xr.Dataset() if ds is None else ds
-    for number, migrated in MIGRATIONS.items():
-        ds = migrated(ds) if number >= version else ds
+    for number in range(version, SCHEMA_VERSION):
+        ds = MIGRATIONS[number](ds)
     return ds.assign_attrs(schema_version=SCHEMA_VERSION)
