@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +26,7 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import NO_LIMITS
 from damagepred.campaign.campaign import Campaign, Progress
 from damagepred.campaign.dispatch import sample_timeout
-from damagepred.campaign.settings import StudySettings, merged
+from damagepred.campaign.settings import StudySettings, merged, study_tables
 from damagepred.campaign.warm_up import warm_up
 from damagepred.campaign.workers import SharedPool
 from damagepred.errors import InputError, SolverError, require_count
@@ -285,7 +285,10 @@ def _read(choices: str | Path) -> tuple[Choices, list[tuple[Option, ...]], list[
     if len(set(names)) < len(names):
         raise InputError(f"{choices}: two options of a choice have the same name.")
     most = _selection(content).most
-    return content, built, names, [_settings_of(base, chosen, most, name) for chosen, name in zip(built, names)]
+    file = Path(choices).parent / content.study
+    tables, folder = study_tables(file)
+    settings = [_settings_of(base, file, tables, folder, most, chosen) for chosen in built]
+    return content, built, names, settings
 
 
 def _selection(content: Choices) -> SelectionOptions:
@@ -317,20 +320,31 @@ def damaged(ds: xr.Dataset, category: int, movement: str, unfollowed: float = 1.
     return result
 
 
-def _settings_of(base: StudySettings, chosen: tuple[Option, ...], most: int, name: str) -> StudySettings:
-    tables = base.scene.free_tables()
+def _settings_of(
+    base: StudySettings, file: Path, tables: dict[str, Any], folder: Path, most: int, chosen: tuple[Option, ...]
+) -> StudySettings:
+    """Study of an alternative: tables of the study file, with the scene's files in a folder, and of its options."""
+    of_scene = tables["scene"]
     for option in chosen:
         if "length" in option.scene.get("wall", {}):
             base.scene.require_own_length(f"option {option.name}")
-        tables = merged(tables, option.scene)
-    scene = Scene.from_dict(tables)
-    how = replace(base.study, samples=most, sampler="random", replicates=1, stop_when=None, title=None)
-    drawn_on_joints = any(variable.field is not None for variable in base.variables.values())
+        of_scene = merged(of_scene, option.scene)
+    scene = Scene.from_file_tables(of_scene, folder, f"alternative {' + '.join(option.name for option in chosen)}")
+    settings = StudySettings.from_file_tables(tables, scene, file)
+    how = replace(settings.study, samples=most, sampler="random", replicates=1, stop_when=None, title=None)
+    drawn_on_joints = any(variable.field is not None for variable in settings.variables.values())
     if drawn_on_joints and how.fields_from is None:
         how = replace(how, fields_from=base.scene)
-    settings = replace(base, scene=scene, study=how)
-    settings.check(name)
+    settings = replace(settings, study=how)
+    for option in chosen:
+        settings.require_not_drawn(_keys(option.scene), f"option {option.name}")
     return settings
+
+
+def _keys(tables: Mapping[str, Any], table: str = "") -> Iterator[str]:
+    """Keys of nested tables, such as ``joint.friction``."""
+    for key, value in tables.items():
+        yield from _keys(value, f"{table}{key}.") if isinstance(value, Mapping) else (f"{table}{key}",)
 
 
 def _values_of_measures(

@@ -22,13 +22,13 @@ from damagepred.archive.folder import open_study
 from damagepred.assembly import NO_LIMITS
 from damagepred.campaign.campaign import Campaign
 from damagepred.campaign.dispatch import sample_timeout
-from damagepred.campaign.settings import StudySettings
+from damagepred.campaign.settings import StudySettings, study_tables
 from damagepred.campaign.warm_up import warm_up
 from damagepred.campaign.workers import SharedPool
 from damagepred.errors import InputError, SolverError, require_count
 from damagepred.formatting import duration
 from damagepred.inputs.arguments import checked
-from damagepred.inputs.input_files import parse_toml, read_toml
+from damagepred.inputs.input_files import parse_toml
 from damagepred.one_wall.solve import solve
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
@@ -168,10 +168,7 @@ def read_houses(houses: str | Path, study: str | Path, at: str, samples: int | N
             raise InputError(f"{houses}, line {line}, name = {name!r}: {reason}; each house needs its own.")
     if "at" in table.names and "site_class" in table.names:
         raise InputError(f"{houses}: has columns 'at' and 'site_class'; give the movement asked for once.")
-    tables = read_toml(study)
-    folder = study.parent
-    if isinstance(tables["scene"], str):
-        tables["scene"], folder = read_toml(study.parent / tables["scene"]), (study.parent / tables["scene"]).parent
+    tables, folder = study_tables(study)
     places = [table.names.index(name) for name in PLACES if name in table.names]
     coordinates = np.column_stack([table.numbers(k, "1") for k in places]) if places else np.empty((len(names), 0))
     all_houses = [
@@ -186,7 +183,7 @@ def _house(
 ) -> tuple[StudySettings, str]:
     """Study of one row, and the movement asked for; ``files``: the study file, and the folder of its scene."""
     source = f"{table.path}, line {table.cells.index[row]}"
-    name = ""
+    name, keys = "", []
     for k, header in enumerate(table.names):
         cell = str(table.cells.iloc[row, k])
         if header == "name":
@@ -194,8 +191,9 @@ def _house(
         elif header in QUESTIONS:
             at = cell or at
         elif cell and header not in PLACES:
+            keys.append(SHORT_NAMES.get(header, header))
             try:
-                _set(tables["scene"], SHORT_NAMES.get(header, header).split("."), _value(table, k, cell))
+                _set(tables["scene"], keys[-1].split("."), _value(table, k, cell))
             except InputError as error:
                 raise InputError(f"{source}, {header} = {cell!r}: {error}") from None
     study, folder = files
@@ -204,6 +202,7 @@ def _house(
         settings = StudySettings.from_file_tables(tables, scene, study)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
+    settings.require_not_drawn(keys, source)
     movement_distribution(at, option=f"{source}: at")
     seed = (settings.study.seed + zlib.crc32(name.encode())) % 2**63
     how = replace(settings.study, seed=seed, samples=samples or settings.study.samples, title=name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import warnings
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from copy import copy
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -398,6 +398,17 @@ class StudySettings:
                 )
         return sentences
 
+    def require_not_drawn(self, keys: Iterable[str], where: str) -> None:
+        """Refuse other values of the scene, by key, that the variables would replace in each wall."""
+        named = self.scene.material is not None and not self.study.material_scatter
+        by_material = material(str(self.scene.material)).values if named else ()
+        given = [key for name in keys for key in (by_material if name == "material" else (name,))]
+        if drawn := [key for key in given if key in self.variables]:
+            raise InputError(
+                f"{where}: {', '.join(drawn)}: the study draws this number for each wall, so another value has no "
+                "effect; take it out of [variables], or draw joint.strength_factor instead."
+            )
+
     def means(self) -> dict[str, float]:
         """Mean of every variable, by key."""
         design = self.design()
@@ -485,6 +496,14 @@ class StudySettings:
 def _in_words(key: str, value: float) -> str:
     shown, unit = quantity(value, Scene.unit_of(key))
     return shown if unit == "–" else f"{shown} {unit}"
+
+
+def study_tables(file: Path) -> tuple[dict[str, Any], Path]:
+    """Tables of a study file with the scene's own tables inside, and the folder of the scene's files."""
+    tables, folder = read_toml(file), file.parent
+    if isinstance(name := tables["scene"], str):
+        tables["scene"], folder = read_toml(folder / name), (folder / name).parent
+    return tables, folder
 
 
 def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

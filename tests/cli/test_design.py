@@ -9,7 +9,8 @@ import pytest
 import xarray as xr
 
 from damagepred import InputError
-from damagepred.analyses.design_search import search_design
+from damagepred.analyses.design_search import _read, search_design
+from damagepred.scene.material_library import material
 from tests.cli.conftest import Run
 
 CHOICES = """
@@ -28,7 +29,7 @@ name = "weak"
 [[choice.option]]
 name = "strong"
 cost = 100
-scene.joint.friction = 0.9
+scene.joint.normal_stiffness = "120 N/mm3"
 scene.loads.roof = "1 kN"
 
 [[choice]]
@@ -76,7 +77,7 @@ def test_the_search_prints_keeps_and_resumes(command: Run, choices: Path, tmp_pa
         ("probability = 0.6", "probability = 1.6", "must be less than 1"),
         ('at = "3 mm"', 'at = "H1"', "is of the surface movement"),
         ('at = "3 mm"', 'at = "300 mm"', "give the study a larger movement"),
-        ("scene.joint.friction", "scene.joint.frction", "unknown key"),
+        ("scene.joint.normal_stiffness", "scene.joint.normal_stifness", "unknown key"),
         ('name = "strong"', 'name = "weak"', "have the same name"),
         ("category = 1", "category = 9", "categories 1 to"),
         ("category = 1\n", "category = 1\ntolerance = 5\n", "it needs repair_costs"),
@@ -91,3 +92,35 @@ def test_wrong_files_are_answered_by_a_sentence(choices: Path, old: str, new: st
     with pytest.raises(InputError) as error:
         search_design(choices, choices.with_suffix(".design"))
     assert sentence in str(error.value)
+
+
+def test_a_material_of_an_option_counts(choices: Path) -> None:
+    """The values of the material, not the ones that the study's own scene has by default."""
+    stiffer, of_material = (
+        'scene.joint.normal_stiffness = "120 N/mm3"',
+        'scene.material = "calcium silicate brick, Dutch"',
+    )
+    text = choices.read_text().replace(stiffer, of_material)
+    study = choices.parent / "small.toml"
+    for name in ("tensile_strength", "cohesion", "friction"):
+        head, _, rest = study.read_text().partition(f'[variables."joint.{name}"]')
+        study.write_text(head + rest.partition("\n\n")[2])
+    study.write_text(study.read_text().partition("[correlation]")[0])
+    choices.write_text(text)
+    settings = _read(choices)[3]
+    library = material("calcium silicate brick, Dutch").values
+    own, of_library = (settings[k].scene.joint.normal_stiffness for k in (0, 2))
+    assert of_library == library["joint.normal_stiffness"].mean != own
+
+
+@pytest.mark.parametrize(
+    ("line", "key"),
+    [
+        ("scene.joint.friction = 0.9", "joint.friction"),
+        ('scene.material = "clay brick, Dutch, 1940s"', "joint.cohesion"),
+    ],
+)
+def test_an_option_of_a_number_that_the_study_draws_is_refused(choices: Path, line: str, key: str) -> None:
+    choices.write_text(choices.read_text().replace('scene.loads.roof = "1 kN"', line))
+    with pytest.raises(InputError, match=f"option strong: .*{key}.*: the study draws this number for each wall"):
+        search_design(choices, choices.with_suffix(".design"))

@@ -87,6 +87,10 @@ def test_the_command_writes_a_table_and_a_picture_and_resumes(files: Path, comma
         ("name,at,site_class\na,8 mm,H1\n", "columns 'at' and 'site_class'"),
         ("name,opening.2.x\na,1\n", "opening.2.x = '1': the study's list has 1 entries"),
         ("name,soil_layer.1.thickness\na,1\n", r"the study has no \[\[soil_layer\]\]"),
+        (
+            "name,joint.strength_factor\na,2\n",
+            "line 2: joint.strength_factor: the study draws this number for each wall",
+        ),
         ("name,length (m)\na,3000\n", "line 2: .*at most 1000 m"),
     ],
 )
