@@ -86,7 +86,10 @@ def _ground(scene: Scene, factor: float) -> tuple[float, str]:
     jumps = np.flatnonzero(np.abs(np.diff(rise)) > 0.5 * np.ptp(rise)) if scene.movement.shape == "step" else x[:0]
     if len(jumps):
         side = "left" if abs(rise[0]) > abs(rise[-1]) else "right"
-        return largest, f"The ground {side} of {x[int(jumps[0])]:.3g} m goes {moved} in one step, the other part stays"
+        return (
+            largest,
+            f"The ground {side} of {_metres(x[int(jumps[0])])} m goes {moved} in one step, the other part stays",
+        )
     still = np.flatnonzero(rise * np.sign(rise[top]) <= ZERO_MOVEMENT * largest)
     before, after = still[still < top][-1:], still[still > top][:1]
     ends = [
@@ -103,7 +106,7 @@ def _ground(scene: Scene, factor: float) -> tuple[float, str]:
     if (np.abs(rise[[0, -1]] - rise[top]) <= EQUAL_MOVEMENT * largest).all() and len(still):
         inner = x[still[0]], x[still[-1]]
         near = inner[1] - inner[0] < 0.04 * length
-        reach = "in the middle" if near else f"at {inner[0]:.3g} and {inner[1]:.3g} m"
+        reach = "in the middle" if near else f"at {_metres(inner[0])} and {_metres(inner[1])} m"
         words = f"Both ends of the ground go {moved}, to nothing {reach}"
     other = int((rise * -np.sign(rise[top])).argmax())
     if rise[other] * rise[top] < 0 and abs(rise[other]) > EQUAL_MOVEMENT * largest:
@@ -117,7 +120,12 @@ def _place(x: float, length: float) -> str:
     for name, place in (("at the left end", 0.0), ("at the right end", length), ("in the middle", length / 2.0)):
         if abs(x - place) <= 2.0 * length / (PROFILE_POINTS - 1):
             return name
-    return f"at {x:.3g} m"
+    return f"at {_metres(x)} m"
+
+
+def _metres(x: float) -> str:
+    """Position to three digits and the centimetre."""
+    return f"{round(float(f'{x:.3g}'), 2):g}"
 
 
 def _mm(size: float) -> str:
