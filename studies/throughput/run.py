@@ -180,7 +180,7 @@ def split(walls: int, folder: Path, batch: int = 20) -> dict[str, float]:
     sample.run_batch(str(folder), tasks[1:2])
     stages = (
         (sample, "sampled_wall", "inputs", split.function),
-        (sample, "model_of", "model", split.function),
+        (judged_path, "model_of", "model", split.function),
         (stepper, "Continuation", "set-up of the solver", split.function),
         (judged_path, "solve_path", "path", split.generator),
         (judged_path, "judge", "judging", split.function),
