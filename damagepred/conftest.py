@@ -79,7 +79,7 @@ def _files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "house.toml").write_text(STUDY, encoding="utf-8")
     (place / "strong.toml").write_text(STUDY.replace('mean = "0.1 MPa"', 'mean = "0.3 MPa"'), encoding="utf-8")
     (place / "choices.toml").write_text(CHOICES, encoding="utf-8")
-    (place / "houses.csv").write_text("name,joint.friction\n12 Elm Street,0.7\n14 Elm Street,\n", encoding="utf-8")
+    (place / "houses.csv").write_text("name,loads.roof (kN)\n12 Elm Street,3\n14 Elm Street,\n", encoding="utf-8")
     write_dataset(solve(Scene.from_toml(place / "wall.toml")), place / "wall.nc")
     for name, tables in MORE.items():
         scene = Scene.from_dict({"wall": {"length": 1.44, "height": 0.45}, **tables})
