@@ -21,6 +21,7 @@ import numpy as np
 import xarray as xr
 from scipy import special
 
+from damagepred.analyses.posterior_tables import LARGEST_ODDS, UNCERTAIN
 from damagepred.analyses.stored_walls import StoredWalls
 from damagepred.archive.folder import StudyFolder
 from damagepred.arrays import FloatArray, IntArray
@@ -85,12 +86,6 @@ class InferenceOptions:
 
 
 DEFAULT = InferenceOptions()
-
-LARGEST_ODDS = 100.0
-"""Limit of odds: the uncertainty of the model is larger."""
-
-UNCERTAIN = 0.05
-"""Share of the posterior at the end of the paths, and width of bounds, above which the result has advice."""
 
 _MOVED_BY = {
     "central_deflection": ("movement", "central_deflection"),

@@ -5,11 +5,16 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from damagepred.analyses.back_analysis import LARGEST_ODDS, UNCERTAIN
 from damagepred.formatting import chance, number
 from damagepred.results.tables import Table
 from damagepred.uq.intensity import ShownMeasure, shown_measure
 from damagepred.uq.observations import ANOTHER
+
+LARGEST_ODDS = 100.0
+"""Limit of odds: the uncertainty of the model is larger."""
+
+UNCERTAIN = 0.05
+"""Share of the posterior at the end of the paths, and width of bounds, above which the result has advice."""
 
 _DISCREPANCY_UNITS = {"width": (1e3, "mm"), "level": (1e3, "mm"), "slope": (1e3, "mm/m")}
 """Factor from SI and unit of a term; other terms are shares."""

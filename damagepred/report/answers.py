@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from damagepred.analyses.back_analysis import UNCERTAIN
-from damagepred.analyses.posterior_tables import measures, odds_in_words
+from damagepred.analyses.posterior_tables import UNCERTAIN, measures, odds_in_words
 from damagepred.formatting import chance, number
 from damagepred.uq.comparison import most_helpful
 from damagepred.uq.estimate import Estimate

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from damagepred.analyses.back_analysis import UNCERTAIN
-from damagepred.analyses.posterior_tables import posterior_tables
+from damagepred.analyses.posterior_tables import UNCERTAIN, posterior_tables
 from damagepred.analyses.stored_walls import study_name
 from damagepred.archive.files import read_dataset
 from damagepred.errors import InputError, nearest
