@@ -558,8 +558,10 @@ def portfolio(street: xr.Dataset, most: int = 20) -> None:
     """Print the houses with the most likely damage, and the expected number of damaged houses."""
     import numpy as np
 
+    from damagepred.results.tables import most_damaged_first
+
     probability = street["probability"].transpose("house", "category").values
-    order = np.argsort(-np.nan_to_num(probability, nan=-1.0) @ 100.0 ** np.arange(probability.shape[1]), kind="stable")
+    order = most_damaged_first(street)
     shown = order if FORM.full else order[:most]
     categories = street["category"].values.tolist()
     rows = [

@@ -31,6 +31,7 @@ from damagepred.plotting.sheet import (
     title_of,
     verbatim,
 )
+from damagepred.results.tables import most_damaged_first
 from damagepred.scene.scene import archived_scene
 from damagepred.uq.capacity import category_number
 from damagepred.uq.intensity import movement_words
@@ -286,8 +287,7 @@ def draw_portfolio(street: xr.Dataset, ax: Axes | None = None) -> Axes:
     """
     require(street, ("probability", "walls"), "a portfolio")
     probability = street["probability"].transpose("house", "category").values
-    known = np.flatnonzero(np.isfinite(probability).all(axis=1))
-    order = known[np.lexsort(-probability[known].T)]
+    order = np.array([k for k in most_damaged_first(street) if np.isfinite(probability[k]).all()], dtype=np.int64)
     named = len(order) <= MOST_NAMES
     ax = axes_or_new(ax, 8.0, 1.8 + 0.3 * len(order) if named else 4.0)
     reached = np.column_stack((probability[order], np.zeros(len(order))))

@@ -27,6 +27,12 @@ if TYPE_CHECKING:
 MM = 1e3
 """Millimetres in a metre."""
 
+
+def most_damaged_first(street: xr.Dataset) -> IntArray:
+    """Order of the houses of a portfolio, by the worst category first; unknown probabilities last."""
+    return np.lexsort(-np.nan_to_num(street["probability"].transpose("category", "house").values, nan=-1.0))
+
+
 DOUBTFUL = 0.05
 """Goodness of fit below which a curve is doubtful."""
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 from damagepred import InputError, assess_portfolio, exceedance, open_study
 from damagepred.analyses.portfolio import portfolio_frame
+from damagepred.results.tables import most_damaged_first
 from damagepred.study import Study
 from tests.cli.conftest import Run, command
 
@@ -105,3 +108,10 @@ def test_a_map_needs_coordinates_before_any_wall_is_solved(files: Path, command:
     given = ("portfolio", files / "houses.csv", files / "house.toml", "--folder", files / "no")
     assert "longitude and latitude" in command(*given, "--table", files / "o.gpkg").err
     assert not (files / "no").exists()
+
+
+def test_the_worst_category_orders_houses_first() -> None:
+    """The third house has the most of category 2; two with equal ones are in the order of category 1, unknown last."""
+    probability = np.array([[0.5, 0.1], [0.9, 0.1], [0.4, 0.3], [np.nan, np.nan]])
+    street = xr.Dataset({"probability": (("house", "category"), probability)})
+    assert most_damaged_first(street).tolist() == [2, 1, 0, 3]
