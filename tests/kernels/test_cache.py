@@ -51,25 +51,6 @@ def test_a_process_adds_kernels_to_those_of_others(tmp_path: Path, monkeypatch: 
     assert sum(later.stats.cache_hits.values()) == 2
 
 
-def test_contacts_cost_no_reference_counts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Laws take numbers: the counts of arrays handed to a law that branches take longer than the law."""
-    monkeypatch.setattr(jit, "CACHE_FOLDER", None)  # code from a cache cannot be inspected
-    model = wall_model(Scene(wall=Wall(length=0.48, height=0.2)))
-    at_rest, shape = State.rest(model), model.interfaces.contact_area.shape
-    stresses = jit.kernel(contact_stresses)
-    stresses(
-        model.interface_records,
-        model.joint_parameters,
-        DEFAULTS.return_mapping.for_kernels(),
-        model.ground.at(0.0),
-        at_rest.history,
-        at_rest.displacement,
-        *(np.empty(shape) for _ in range(3)),
-    )
-    (code,) = stresses.inspect_llvm().values()
-    assert "@NRT_incref(" not in code
-
-
 def test_phases_and_kernels_are_kept_in_the_folder_of_the_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
