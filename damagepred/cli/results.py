@@ -82,7 +82,8 @@ def infer_command(
     files: Annotated[
         list[Path],
         typer.Argument(
-            help="Study folders (*.dp), one a cause, and then the observations (*.toml).", show_default=False
+            help="Study folders (*.dp), one per cause, and then the observations (*.toml, *.csv, *.xlsx).",
+            show_default=False,
         ),
     ],
     replays: Annotated[
@@ -103,9 +104,10 @@ def infer_command(
     from damagepred.analyses.posterior_tables import reported
     from damagepred.errors import InputError
     from damagepred.report.back_analysis import posterior_cautions
+    from damagepred.scene.survey_tables import SUFFIXES
 
-    if len(files) < 2 or files[-1].suffix != ".toml":
-        raise InputError("infer: give one study folder or more, and then the file of the observations (*.toml).")
+    if len(files) < 2 or files[-1].suffix.lower() not in (".toml", *SUFFIXES):
+        raise InputError("infer: give one study folder or more, and then the observations (*.toml, *.csv, *.xlsx).")
     options = InferenceOptions(replays=replays, new_walls=new_walls)
     for price in prices(files[:-1], files[-1], options, workers):
         terminal.note(price)

@@ -14,6 +14,7 @@ TOPICS = (
     "a-tree-at-one-end",
     "an-end-that-settles",
     "a-soil-log",
+    "files-as-they-come",
     "reading-a-result",
     "uncertainty",
     "judging-again",

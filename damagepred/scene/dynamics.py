@@ -34,7 +34,8 @@ class BaseMotion:
         Start of the motion (s).
     file : str or None
         CSV or xlsx file of a record: increasing times (s) and values (SI), or in the unit of the column's name, such as
-        ``a (g)``. It lies beside the scene file; in Python, in the working folder.
+        ``a (g)``. Or a PEER file (AT2, VT2, DT2), in its own unit. It lies beside the scene file; in Python, in the
+        working folder.
     time : sequence of float
         Times of the record, instead of a file (s).
     values : sequence of float

@@ -12,9 +12,11 @@ from damagepred.arrays import FloatArray
 from damagepred.enumerations import SYNONYMS
 from damagepred.errors import InputError
 from damagepred.scene.footing_profile import through_points
-from damagepred.scene.number_table import read_number_table
+from damagepred.scene.number_table import Column, NumberTable, read_number_table
+from damagepred.scene.peer_record import is_peer_record, read_peer_record
 from damagepred.scene.quantity import to_si
 from damagepred.scene.settlement import LEAST_IN_MIDDLE, SETTLEMENTS, ZERO, signed_size
+from damagepred.scene.survey_tables import LEVELS, between_visits, heights
 
 END_TOLERANCE = 1e-3
 """Tolerance between the ends of a profile and of the wall, over its length: positions are rounded."""
@@ -72,14 +74,17 @@ def profiles_in_metres(tables: Any, folder: Path) -> tuple[str, ...]:
     return tuple(
         f"{key}.table = '{name}'"
         for key, name in files
-        if isinstance(name, str) and read_number_table(folder / name, header=False).units[0] not in FRACTIONS
+        if isinstance(name, str)
+        and (read := read_number_table(folder / name, header=False)).units[_profile_columns(read, True)["x"]]
+        not in FRACTIONS
     )
 
 
 def _take_profile(tables: dict[str, Any], key: str, path: Path) -> None:
     """Put the points of a profile, and the kind and size of its movement, into the tables of a scene."""
     table, movement = tables[key], tables.setdefault("movement", {})
-    points, along, measured = _profile(path, _length(tables), table.get("table_ends", "refuse"), key == "movement")
+    keys, measured = _profile(path, _length(tables), table.get("table_ends", "refuse"), key == "movement")
+    points = keys.pop("table")
     position, values = np.array(points).T
     off_chord = float(through_points(points, np.array([0.5]))[0] - 0.5 * (values[0] + values[-1]))
     settles = bool({"settlement", "settlement_is"} & table.keys())
@@ -92,8 +97,7 @@ def _take_profile(tables: dict[str, Any], key: str, path: Path) -> None:
     what = "middle lies" if central else f"{table.get('settlement_is', 'largest')} movement is"
     where = f"{path}: the {what} {1e3 * largest:+.4g} mm"
     where += " off the line through the ends (up positive)" if central else " (up positive)"
-    if along:
-        table["horizontal"] = along
+    table |= {**keys, **{name: table[name] for name in ("survey_error",) if name in table}}
     follows = {"stage", "history", "seasons"} & set(movement) or "soil_layer" in tables  # the size does
     if not measured:
         missing = [name for name, table in (("kind", movement), (size, table)) if name not in table]
@@ -143,23 +147,40 @@ def _length(tables: Mapping[str, Any]) -> float:
         return np.nan
 
 
-def _profile(
-    path: Path, length: float, ends: Any, along: bool
-) -> tuple[list[list[float]], list[list[float]] | None, bool]:
-    """Points of a profile, its displacements along the wall (third column), and whether its values (m) have a unit."""
-    table = read_number_table(path, columns=None if along else 2, header=False)
-    if (width := len(table.headers)) not in (2, 3):
-        raise InputError(f"{path}: has {width} columns; due are position, level and, if measured, displacement.")
-    position, level = ("1" if unit in FRACTIONS else "m" for unit in table.units[:2])
-    x, value, measured = (
-        table.numbers(0, position),
-        table.numbers(1, level),
-        bool(table.unit(1, level)) and level == "m",
-    )
+def _profile_columns(table: NumberTable, along: bool) -> dict[str, int]:
+    """Columns of a profile: by their names if these name the levels, otherwise by their order."""
+    expected = {**LEVELS, "displacement": Column("m", ("horizontal", "horizontal_displacement", "move", "shift"))}
+    keys, order = table.keys(expected), ("x", "level", "displacement") if along else ("x", "level")
+    in_order = len(keys) == 2 and keys[0] in (None, "x") and keys[1] in (None, "level")
+    if {"level", "settlement"} & set(keys) and not in_order:
+        return table.columns({key: c for key, c in expected.items() if along or key != "displacement"})
+    width = len(table.names)
+    if width not in (2, len(order)):
+        due = "position, level and, if measured, displacement" if along else "position and level"
+        raise InputError(f"{table.path}: has {width} columns; due are {due}.")
+    if foreign := [table.headers[k] for k, key in enumerate(keys) if key in ("date", "error")]:
+        raise InputError(f"{table.path}, line {table.line}: has no column level; it has {foreign[0]}.")
+    return dict(zip(order, range(width)))
+
+
+def _profile(path: Path, length: float, ends: Any, along: bool) -> tuple[dict[str, Any], bool]:
+    """Keys of a profile (points, displacements along the wall, error), and whether its values (m) have a unit."""
+    table = read_number_table(path, header=False)
+    columns = _profile_columns(table, along)
+    high = columns.get("level", columns.get("settlement", 0))
+    position, level = ("1" if table.units[k] in FRACTIONS else "m" for k in (columns["x"], high))
+    measured = bool(table.unit(high, level)) and level == "m"
+    x, values = table.numbers(columns["x"], position), [heights(table, columns, level)]
+    if "displacement" in columns:
+        if bool(table.unit(columns["displacement"], level)) != measured:
+            raise InputError(f"{path}: level and displacement both have a unit in their names, or neither has.")
+        values.append(table.numbers(columns["displacement"], level))
+    rows, changes, _ = between_visits(table, columns, x[:, None], np.column_stack(values))
+    x, (value, *shift) = x[rows], changes.T
     length = length if length > 0 else x[-1]
     x = x * length if position == "1" else x
     if (falls := np.flatnonzero(np.diff(x) <= 0)).size:
-        line = table.cells.index[falls[0] + 1]
+        line = table.cells.index[rows[falls[0] + 1]]
         raise InputError(f"{path}, line {line}: positions must rise from line to line, from the wall's left end.")
     if len(x) < 2:
         raise InputError(f"{path}: must have at least two points.")
@@ -172,16 +193,22 @@ def _profile(
             "metres from its left end, or in the unit of the column's name; 'x (1)': fractions of its length). "
             "table_ends = 'cut' cuts what lies beyond the wall, 'level' or 'extend' also continue what ends before it."
         )
-    horizontal = None
-    if width == 3:
-        if bool(table.unit(2, level)) != measured:
-            raise InputError(f"{path}: level and displacement both have a unit in their names, or neither has.")
-        along_x, shift = _at_ends(x, table.numbers(2, level), length, tolerance, ends)
-        horizontal = np.column_stack((along_x / length, shift)).tolist()
+    keys: dict[str, Any] = {}
+    if shift:
+        along_x, shifted = _at_ends(x, shift[0], length, tolerance, ends)
+        keys["horizontal"] = np.column_stack((along_x / length, shifted)).tolist()
+    if "error" in columns and along:
+        errors = np.unique(table.numbers(columns["error"], "m")[rows])
+        if len(errors) > 1:
+            raise InputError(
+                f"{path}: a profile has one error for all levels (movement.survey_error); it has {errors}."
+            )
+        keys["survey_error"] = float(errors[0])
     x, value = _at_ends(x, value, length, tolerance, ends)
     if measured and abs(value[0]) > 0.1 * length:  # reduced levels: only differences act on the wall
         value = value - value[0]
-    return np.column_stack((x / length, value)).tolist(), horizontal, measured
+    keys["table"] = np.column_stack((x / length, value)).tolist()
+    return keys, measured
 
 
 def _at_ends(
@@ -199,15 +226,9 @@ def _at_ends(
 
 def _stages(path: Path, size: str) -> list[dict[str, Any]]:
     """Stages of a history from a table."""
-    table = read_number_table(path)
-    names = [name.lower() for name in table.names]
-    takes = {"time": "year", "movement": "m", "increments": "1", "strain": "1"}
-    if not {"time", "movement"} <= set(names) <= set(takes) or len(set(names)) < len(names):
-        raise InputError(
-            f"{path}: needs the columns time (years) and movement (m, doming positive), and takes increments and "
-            f"strain; it has {', '.join(table.names)}."
-        )
-    columns = {name: table.numbers(k, takes[name]).tolist() for k, name in enumerate(names)}
+    table, takes = read_number_table(path), {"time": "year", "movement": "m", "increments": "1", "strain": "1"}
+    expected = {key: Column(unit, required=key in ("time", "movement")) for key, unit in takes.items()}
+    columns = {key: table.numbers(k, takes[key]).tolist() for key, k in table.columns(expected).items()}
     counts = columns.get("increments", [])
     if any(count != int(count) for count in counts):
         raise InputError(f"{path}: increments must be whole numbers.")
@@ -232,15 +253,18 @@ def _with_record(motion: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 def read_record(path: Path, quantity: str, scale: Any = 1.0) -> tuple[FloatArray, FloatArray]:
     """Time (s) and values (SI) of a record of base motion, before ``scale``."""
-    table, unit = read_number_table(path, columns=2, header=False), SI_UNIT.get(quantity, "1")
+    unit = SI_UNIT.get(quantity, "1")
     try:
-        time, values, factor = table.numbers(0, "s"), table.numbers(1, unit), table.factor(1, unit)
+        if is_peer_record(path):
+            time, values, factor, written = read_peer_record(path, unit)
+        else:
+            table = read_number_table(path, columns=2, header=False)
+            time, values, factor = table.numbers(0, "s"), table.numbers(1, unit), table.factor(1, unit)
+            written = table.headers[1]
     except InputError as error:
         raise InputError(f"{error} The record is read as quantity = '{quantity}'.") from None
     if factor != 1.0 and isinstance(scale, int | float) and abs(scale / factor - 1.0) < SIZE_TOLERANCE:
-        raise InputError(
-            f"{path}: its values have their unit, '{table.headers[1]}'; scale = {scale:g} converts it again."
-        )
+        raise InputError(f"{path}: its values have their unit, '{written}'; scale = {scale:g} converts it again.")
     if len(time) < 2 or time[0] < 0 or (np.diff(time) <= 0).any():
         raise InputError(
             f"{path}: a record needs two lines or more, with times (s) of 0 or later that rise from line to line."

@@ -147,12 +147,13 @@ class Movement:
     table : sequence of (position, fraction)
         For ``shape = "table"``: position along the wall from 0 to 1, and deflection there in any unit. They are scaled
         to a deviation of 1 of the middle from the line through the ends, or to ``settlement``. Unequal ends also tilt
-        the wall. A monotone
-        cubic (PCHIP) runs between the points. In a scene file it may be the name of a CSV or xlsx file. Its columns are
-        position from the wall's left end (m, or the unit in its name) and level (up positive). Levels with a unit, such
-        as ``level (mm)``, have sign and size: ``kind`` and ``central_deflection`` follow from them, and must not
-        contradict them. ``settlement`` follows where the middle lies on the line through the ends. A third column has
-        the displacement to the right. Without a unit they are a form, and both must be given.
+        the wall. A monotone cubic (PCHIP) runs between the points. In a scene file it may be the name of a CSV or xlsx
+        file. It has ``x`` from the wall's left end (m, or the unit in its name) and ``level`` (up positive) or
+        ``settlement`` (down positive). ``displacement`` is to the right; of two visits (``date``) the table is the
+        change. Columns without such names are position, level and displacement. Levels with a unit, such as ``level
+        (mm)``, have sign and size: ``kind`` and ``central_deflection`` follow from them, and must not contradict them.
+        ``settlement`` follows where the middle lies on the line through the ends. Without a unit they are a form, and
+        both must be given.
     table_ends : {"refuse", "cut", "level", "extend"}
         Treatment of a file that does not end at the ends of the wall. ``cut``: points beyond the wall are cut off. The
         others also continue a short profile: at its last level, or in a straight line through its last two points.

@@ -5,14 +5,16 @@ from __future__ import annotations
 import csv
 import io
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.errors import InputError
+from damagepred.errors import InputError, nearest
 from damagepred.inputs.input_files import LARGEST_DESCRIPTION, LARGEST_TABLE, as_text, read_bytes
 from damagepred.scene.quantity import COMMON, LARGEST, to_si
 
@@ -27,6 +29,14 @@ _THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:[.,'’\s]\d{3})+(?:[.,]\d*)?")
 _HEADER = re.compile(r"(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])](?P<more>[^\[\]()]*)")
 
 
+class Column(NamedTuple):
+    """Column by its name."""
+
+    unit: str  # SI; empty for text
+    others: tuple[str, ...] = ()  # other names
+    required: bool = False
+
+
 @dataclass(frozen=True)
 class NumberTable:
     """Cells of a table, as text, with the names and units of its header."""
@@ -38,6 +48,7 @@ class NumberTable:
     cells: pd.DataFrame  # text of the rows; the index is the line in the file, the columns count from 0
     separator: str  # of cells, and of decimals
     decimal: str
+    line: int = 1  # of the header
 
     def find(self, name: str) -> int | None:
         """Column of a name, with or without its unit, or None."""
@@ -46,6 +57,48 @@ class NumberTable:
         if len(columns) > 1:
             raise InputError(f"{self.path}: a column is named twice: {name}; give its whole header.")
         return columns[0] if columns else None
+
+    def keys(self, expected: Mapping[str, Column]) -> list[str | None]:
+        """Key of each column, in any letter case and with a unit at its end; None for an unknown name."""
+        words = {word: key for key, column in expected.items() for word in (key, *column.others)}
+        found = []
+        for k, name in enumerate(self.names):
+            word = re.sub(r"[\s_,/.-]+", "_", name.strip().lower())
+            head, _, tail = word.rpartition("_")
+            key = words.get(word)
+            if key is None and head in words and self.unit(k, expected[words[head]].unit).lower() == tail:
+                key = words[head]
+            found.append(key)
+        return found
+
+    def columns(self, expected: Mapping[str, Column]) -> dict[str, int]:
+        """Column of each key; refuses unknown, repeated and missing ones."""
+        found: dict[str, int] = {}
+        takes = ", ".join(f"{key} [{c.unit}]" if c.unit not in ("", "1") else key for key, c in expected.items())
+        for k, key in enumerate(self.keys(expected)):
+            where = f"{self.path}, line {self.line}, column {k + 1}"
+            if key is None:
+                hint = nearest(self.names[k], expected)
+                raise InputError(f"{where}: '{self.headers[k]}' is unknown; the columns may be {takes}.{hint}")
+            if key in found:
+                twice = f"'{self.headers[k]}' and '{self.headers[found[key]]}' both mean {key}"
+                raise InputError(f"{where}: {twice}; remove one of them.")
+            found[key] = k
+        if missing := [key for key, column in expected.items() if column.required and key not in found]:
+            has = ", ".join(self.headers)
+            raise InputError(f"{self.path}, line {self.line}: has no column {missing[0]} ({takes}); it has {has}.")
+        return found
+
+    def dates(self, column: int) -> list[str]:
+        """Dates of a column, as 2026-11-28."""
+        text = self.cells[column].str.removesuffix(" 00:00:00")
+        for line, cell in text.items():
+            try:
+                date.fromisoformat(cell)
+            except ValueError:
+                where = f"{self.path}, line {line}, {self.names[column]} = {cell!r}"
+                raise InputError(f"{where}: must be a date such as 2026-11-28.") from None
+        return text.tolist()
 
     def unit(self, column: int, unit: str) -> str:
         """Unit of a column: in brackets, or at the end of its name (level_mm) if it fits the SI ``unit``."""
@@ -127,7 +180,7 @@ def read_number_table(path: str | Path, columns: int | None = None, header: bool
         width -= 1
     if columns is not None and width != columns:
         raise InputError(f"{path}: has {width} columns, and {columns} are due.{_hint(separator, rows[0][1], columns)}")
-    headers = rows[0][1][:width]
+    first, headers = rows[0][0], rows[0][1][:width]
     named = header or not any(re.match(r"[-+.,]?\d|[-+]?(nan|inf)|$", cell, re.IGNORECASE) for cell in headers)
     if named:
         rows = rows[1:]
@@ -144,7 +197,7 @@ def read_number_table(path: str | Path, columns: int | None = None, header: bool
         raise InputError(f"{path}: has no rows of numbers.")
     decimal = _decimal(path, separator, frame)
     units = [match["unit"] if match else "" for match in matches]
-    return NumberTable(path, headers, names, units, frame, separator, decimal)
+    return NumberTable(path, headers, names, units, frame, separator, decimal, first)
 
 
 def _decimal(path: Path, separator: str, cells: pd.DataFrame) -> str:

@@ -28,6 +28,7 @@ from damagepred.scene import Scene
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.scene.reading import build
+from damagepred.scene.survey_tables import SUFFIXES, read_survey, survey_kind
 
 Direction = Literal["horizontal", "vertical", "stepped", "diagonal"]
 
@@ -242,6 +243,15 @@ class WindowObservation:
     error: Length = Field(default=5e-4, gt=0)
 
 
+_KINDS = {
+    "crack": CrackObservation,
+    "level": LevelObservation,
+    "slope": SlopeObservation,
+    "tilt": SlopeObservation,
+    "window": WindowObservation,
+}
+
+
 @described
 class Observations:
     """What a survey found (``observations.toml``).
@@ -249,7 +259,8 @@ class Observations:
     Attributes
     ----------
     crack, level, slope, tilt, window : tuple
-        Observations of each kind.
+        Observations of each kind. An entry with ``file`` stands for the rows of a CSV or xlsx file; its other keys
+        apply to all rows.
     discrepancy : Discrepancy
         Discrepancy of the model.
     movement : str, optional
@@ -409,9 +420,21 @@ class Observations:
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Observations:
-        """Read the file of a survey."""
+        """Read the file of a survey: TOML, or a table of cracks or levels (CSV, xlsx)."""
+        path = Path(path)
         try:
-            return build(cls, read_toml(path), str(path))
+            table = path.suffix.lower() in SUFFIXES
+            tables = {survey_kind(path): [{"file": path.name}]} if table else read_toml(path)
+            for name, kind in _KINDS.items():
+                entries = tables.get(name)
+                if isinstance(entries, list):
+                    filed = [isinstance(entry, dict) and "file" in entry for entry in entries]
+                    read = [
+                        read_survey(kind, name, entry, path.parent) if from_file else [entry]
+                        for entry, from_file in zip(entries, filed)
+                    ]
+                    tables[name] = list(itertools.chain(*read))
+            return build(cls, tables, str(path))
         except InputError as error:
             raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
 

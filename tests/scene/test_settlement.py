@@ -100,7 +100,7 @@ def test_a_survey_with_displacements_along_the_wall(tmp_path: Path):
     movement = from_file(tmp_path, "x (m),level (mm),move (mm)\n0,-6,0\n3,0,2\n6,6,-1\n").movement
     along = movement.horizontal_profile(np.array([0.0, 3.0, 6.0]), 6.0)
     np.testing.assert_allclose(along, [0.0, 2e-3, -1e-3], atol=1e-12)
-    with pytest.raises(InputError, match="4 columns; due are position, level"):
+    with pytest.raises(InputError, match="column 4: 'more' is unknown; the columns may be"):
         from_file(tmp_path, "x (m),level (mm),move (mm),more\n0,-6,0,1\n6,6,1,1\n")
 
 

@@ -117,7 +117,7 @@ def test_a_history_comes_from_a_csv_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("year,movement\n1,2\n", "needs the columns time"),
+        ("year,movement\n1,2\n", "column 1: .year. is unknown; the columns may be time"),
         ("time,movement\n", "no rows of numbers"),
         ("time,movement\n1,much\n", "line 2, movement = 'much': is no finite number"),
         ("time,movement\n1,0.004\n0.5,0\n", "time must rise"),
