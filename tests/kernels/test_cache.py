@@ -4,17 +4,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 from numba import types
 
-from damagepred.assembly import wall_model
 from damagepred.kernels import jit
-from damagepred.kernels.interface.internal_force import contact_stresses
 from damagepred.kernels.process_cache import ProcessCache
-from damagepred.scene import Scene, Wall
-from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.state.wall_state import State
 
 
 def doubled(x):
