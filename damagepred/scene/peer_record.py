@@ -62,4 +62,4 @@ def read_peer_record(path: Path, unit: str) -> tuple[FloatArray, FloatArray, flo
         raise InputError(f"{path}, line {head + 1}: NPTS is {count}, but the file has {len(values)} values.")
     if not np.abs(values).max() <= LARGEST:
         raise InputError(f"{path}: has a value beyond {LARGEST:g}.")
-    return interval * np.arange(count), factor * np.array(values), factor, units[0]
+    return interval * np.arange(count, dtype=np.float64), factor * np.array(values), factor, units[0]

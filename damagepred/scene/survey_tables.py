@@ -115,7 +115,7 @@ def _levels(kind: type, table: NumberTable, others: Mapping[str, Any]) -> list[A
     if variance is not None:
         variance = variance[rows] + (0.0 if first is None else variance[first])
     more = {key: value for key, value in others.items() if key not in ("y", "error")}
-    found = []
+    found: list[Any] = []
     for k, row in enumerate(rows[1:], 1):
         ends = (*place[rows[0]].tolist(), *place[row].tolist(), float(rise[k] - rise[0]))
         level = {**dict(zip(("x", "y", "to_x", "to_y", "difference"), ends)), **more}
