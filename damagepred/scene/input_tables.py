@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import SYNONYMS
 from damagepred.errors import InputError
+from damagepred.scene.ags import soil_layers
 from damagepred.scene.footing_profile import through_points
 from damagepred.scene.number_table import Column, NumberTable, read_number_table
 from damagepred.scene.peer_record import is_peer_record, read_peer_record
@@ -35,6 +37,10 @@ def with_input_tables(tables: Any, folder: Path) -> Any:
     if not isinstance(tables, Mapping):  # the scene refuses it
         return tables
     merged = {key: dict(content) if isinstance(content, Mapping) else content for key, content in tables.items()}
+    if isinstance(layers := merged.get("soil_layer"), list):
+        filed = [isinstance(layer, Mapping) and "file" in layer for layer in layers]
+        read = [soil_layers(each, folder) if from_file else [each] for each, from_file in zip(layers, filed)]
+        merged["soil_layer"] = list(itertools.chain(*read))
     movement, mound, dynamics = (merged.get(key, {}) for key in ("movement", "mound", "dynamics"))
     if isinstance(movement, dict) and isinstance(mound, dict):
         for key in ("movement", "mound"):

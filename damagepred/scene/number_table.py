@@ -235,11 +235,12 @@ def _rows(path: Path) -> tuple[str, list[tuple[int, list[str]]]]:
         text = as_text(content, path).splitlines()
         lines = [(n, line.strip(" ")) for n, line in enumerate(text, 1) if line.strip() and line.lstrip()[0] != "#"]
         separator = _separator([line for _, line in lines])
-        rows = [(number, _cells(path, number, line, separator)) for number, line in lines]
+        rows = [(number, split_row(path, number, line, separator)) for number, line in lines]
     return separator, [(n, cells) for n, cells in rows if any(cells) and not cells[0].startswith("#")]
 
 
-def _cells(path: Path, number: int, line: str, separator: str) -> list[str]:
+def split_row(path: Path, number: int, line: str, separator: str) -> list[str]:
+    """Cells of a line."""
     if separator == " ":
         return re.split(r"\s+(?![\[(])(?![^\[(]*[\])])", line)
     if '"' not in line:

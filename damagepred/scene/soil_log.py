@@ -26,6 +26,9 @@ ZONES = tuple("123456")
 class SoilLayer:
     """Layer of a soil log, from the surface down (``[[soil_layer]]``).
 
+    In a scene file an entry may stand for a borehole of an AGS 4 file: with ``file`` and ``borehole`` (LOCA_ID). Its
+    key ``indices`` then names a CSV or xlsx file of shrink-swell indices by geology code or plasticity index.
+
     Attributes
     ----------
     thickness : float
