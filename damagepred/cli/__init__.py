@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -26,6 +27,28 @@ def guide(
     terminal.say("damagepred guide TOPIC, with one of these topics:")
     for name in TOPICS:
         terminal.say(f"  {name:20} {title(name)}")
+
+
+@app.command()
+def cache(
+    clear: Annotated[bool, typer.Option("--clear", help="Remove the folders that no running process uses.")] = False,
+) -> None:
+    """List the folders of compiled code, or remove them; the next wall is then compiled again."""
+    import shutil
+
+    from damagepred.kernels.cache_folder import kept_folders
+    from damagepred.kernels.process_cache import in_use
+
+    folders = kept_folders()
+    for folder in folders:
+        files = {found.st_ino: found.st_size for found in map(Path.stat, folder.rglob("*.nb?"))}  # links count once
+        used = in_use(folder)
+        if clear and not used:
+            shutil.rmtree(folder)
+        state = "in use" if used else "removed" if clear else "not in use"
+        terminal.say(f"{folder}: {sum(files.values()) / 1e6:.0f} MB, {state}")
+    if not folders:
+        terminal.say("no compiled code is kept")
 
 
 def main() -> None:

@@ -43,6 +43,11 @@ def cache_folder(name: str) -> Path | None:
     return None
 
 
+def kept_folders() -> list[Path]:
+    """Folders of compiled kernels on the disk, of this version and others."""
+    return sorted({folder for base, own in _candidates() for folder in (base.absolute() / own).glob("kernels-*")})
+
+
 def _is_private(folder: Path, base: Path) -> bool:
     """Make the levels of ``folder`` below ``base``; tell whether only the user can write to it."""
     if not hasattr(os, "getuid"):  # Windows: the profile of a user is private

@@ -67,6 +67,11 @@ class ProcessCache:
             yield
 
 
+def in_use(shared: Path) -> bool:
+    """Whether a running process may have a folder in that of compiled kernels."""
+    return any(_runs(process.name) for process in shared.glob("processes/*"))
+
+
 def _runs(name: str) -> bool:
     """Whether the process of a folder may be running."""
     if os.name == "nt":  # signal 0 would end it
