@@ -68,7 +68,7 @@ class ProcessCache:
 
 
 def in_use(shared: Path) -> bool:
-    """Whether a running process may have a folder in that of compiled kernels."""
+    """Whether a running process may use a folder of compiled kernels."""
     return any(_runs(process.name) for process in shared.glob("processes/*"))
 
 

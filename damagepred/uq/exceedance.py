@@ -56,6 +56,11 @@ LEAST_MISSING = 1e-6
 RESOLUTION = 1e-12
 """Smallest difference of a pseudo-value from 0 and 1 that is no rounding."""
 
+MEDIAN_RESAMPLES = 100
+"""Resamples for the error of a median."""
+CURVE_RESAMPLES = 300
+"""Resamples for the error of a probability that is read from a curve."""
+
 
 class CategoryCapacities(NamedTuple):
     """Capacities for one category, of walls that were run."""
@@ -365,7 +370,7 @@ def _from_curve(
         categories=[category],
         intensity=intensity,
         confidence=confidence,
-        bootstrap=options.curve_resamples,
+        bootstrap=CURVE_RESAMPLES,
         options=options,
     )
     curve, largest = curves.isel(category=0), float(curves["intensity"][-1])
@@ -442,7 +447,7 @@ def _median_of(
     else:
         weight = normalised_weights(heavy, walls.upper)
         (estimator,) = estimators(group_intervals(walls.lower[None], walls.upper[None], weight), options=options)
-        draws = draw_parameters(estimator, options.median_resamples, generator(seed, Stream.BOOTSTRAP, category))
+        draws = draw_parameters(estimator, MEDIAN_RESAMPLES, generator(seed, Stream.BOOTSTRAP, category))
         logarithm = draws.parameters[:, 1] / draws.parameters[:, 0]
         if draws.resampled is None:
             lower, upper = np.exp(np.quantile(logarithm, [0.5 * (1 - confidence), 0.5 * (1 + confidence)]))

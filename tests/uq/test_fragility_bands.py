@@ -8,7 +8,7 @@ import xarray as xr
 from scipy import special, stats
 
 from damagepred.uq.exceedance import exceedance, median_movement
-from damagepred.uq.fragility import FragilityOptions, capacities, fit_fragility, fit_lognormal
+from damagepred.uq.fragility import FragilityOptions, bands, capacities, fit_fragility, fit_lognormal
 from damagepred.uq.fragility.bands import ParameterDraws, confidence_band, expanded_percentiles, resample
 from damagepred.uq.fragility.estimators import CompositeLikelihood
 from damagepred.uq.fragility.fit import group_intervals
@@ -74,7 +74,7 @@ def test_bca_shifts_the_band_by_bias_and_skewness() -> None:
     assert abs(low - exact[0]) + abs(high - exact[1]) < 0.75 * plain
 
 
-def test_one_rule_for_bands() -> None:
+def test_one_rule_for_bands(monkeypatch: pytest.MonkeyPatch) -> None:
     """The posterior of 99 walls and fewer; BCa of 100, unless too many resamples have no fit."""
     for walls, resampled in ((99, False), (100, True)):
         ds = study(lognormal(np.random.default_rng(3), 8.0, 0.5, walls), end=90.0, increments=30)
@@ -84,7 +84,8 @@ def test_one_rule_for_bands() -> None:
         ):
             assert np.isfinite(curve["resamples_fitted"].values[0]) == resampled
             assert np.isfinite(curve["median_upper"].values[0])
-    never = FragilityOptions(fitted_share=1.0, smallest_dispersion=0.49)
+    monkeypatch.setattr(bands, "SMALLEST_DISPERSION", 0.49)  # resamples below it have no fit
+    never = FragilityOptions(fitted_share=1.0)
     curve = fit_fragility(ds, categories=[1], bootstrap=200, options=never).isel(category=0)
     assert 0.0 < float(curve["resamples_fitted"]) < 1.0
     assert "could be fitted: its band comes from the posterior" in str(curve["fit_note"].values)

@@ -24,8 +24,15 @@ from scipy import special
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
 from damagepred.uq.fragility.fit import GroupedIntervals
-from damagepred.uq.fragility.likelihood import Likelihood, likelihood
+from damagepred.uq.fragility.likelihood import LARGEST_DISPERSION, SMALLEST_DISPERSION, Likelihood, likelihood
 from damagepred.uq.fragility.options import FragilityOptions
+
+POSTERIOR_POINTS = 60
+"""Dispersions to either side of the estimate at which the posterior density is computed."""
+POSTERIOR_DROP = 25.0
+"""Fall of the logarithm of that density from its maximum at which it ends (1)."""
+STORED_DRAWS = 4_000_000
+"""Counts of groups in resamples that are kept in memory at a time."""
 
 
 def sample_posterior(estimator: Estimator, random: np.random.Generator) -> FloatArray:
@@ -36,9 +43,7 @@ def sample_posterior(estimator: Estimator, random: np.random.Generator) -> Float
 
     def weighted_likelihood(parameters: FloatArray) -> Likelihood:
         with np.errstate(over="ignore", invalid="ignore"):
-            return likelihood(
-                parameters, estimator.rows, np.broadcast_to(weight, (len(parameters), len(weight))), options
-            )
+            return likelihood(parameters, estimator.rows, np.broadcast_to(weight, (len(parameters), len(weight))))
 
     def log_prior(parameters: FloatArray, terms: Likelihood) -> FloatArray:
         if single:
@@ -50,10 +55,9 @@ def sample_posterior(estimator: Estimator, random: np.random.Generator) -> Float
     spread = (
         np.sqrt(max(np.linalg.pinv(-weighted_likelihood(best[None]).hessian[0], hermitian=True)[0, 0], 0.0)) / best[0]
     )
-    step = np.clip(8.0 * spread, 4.0, 12.0) / options.posterior_points
+    step = np.clip(8.0 * spread, 4.0, 12.0) / POSTERIOR_POINTS
     upwards, downwards = (
-        list(_profile_points(best, direction * step, weighted_likelihood, log_prior, options))
-        for direction in (1.0, -1.0)
+        list(_profile_points(best, direction * step, weighted_likelihood, log_prior)) for direction in (1.0, -1.0)
     )
     modes, density, precision = (np.array(values) for values in zip(*downwards[:0:-1], *upwards))
     log_g = np.log(modes[:, 0])
@@ -111,7 +115,6 @@ def _profile_points(
     step: float,
     of: Callable[[FloatArray], Likelihood],
     log_prior: Callable[[FloatArray, Likelihood], FloatArray],
-    options: FragilityOptions,
 ) -> Iterator[tuple[FloatArray, float, FloatArray]]:
     """Follow the profile likelihood from its maximum to larger or smaller dispersions, until the density is small.
 
@@ -119,7 +122,7 @@ def _profile_points(
     second derivatives of the log-likelihood by the other parameters.
     """
     parameters, most = best.copy(), -np.inf
-    while 1.0 / options.largest_dispersion <= parameters[0] <= 1.0 / options.smallest_dispersion:
+    while 1.0 / LARGEST_DISPERSION <= parameters[0] <= 1.0 / SMALLEST_DISPERSION:
         current = of(parameters[None])
         for _ in range(50):
             way = np.linalg.pinv(-current.hessian[0, 1:, 1:], hermitian=True) @ current.gradient[0, 1:]
@@ -138,7 +141,7 @@ def _profile_points(
         density = float((current.value + log_prior(parameters[None], current))[0] + np.log(parameters[0]))
         density -= 0.5 * float(np.linalg.slogdet(precision)[1])
         most = max(most, density)
-        if not density >= most - options.posterior_drop:
+        if not density >= most - POSTERIOR_DROP:
             return
         yield parameters, density, precision
         parameters = parameters * np.exp(step)  # the medians stay
@@ -160,9 +163,9 @@ def resample(estimator: Estimator, resamples: int, random: np.random.Generator) 
     influence = estimator.scores(best) @ np.linalg.pinv(-estimator.hessian(best), hermitian=True)
     if len(cells.number) > options.one_step_groups:
         again = best + _one_step_estimates(influence * cells.weight[:, None], cells.number, resamples, random, options)
-        return Resampled(best, again[again[:, 0] > 1.0 / options.largest_dispersion], influence, cells)
+        return Resampled(best, again[again[:, 0] > 1.0 / LARGEST_DISPERSION], influence, cells)
     fitted = []
-    each = max(1, options.stored_draws // len(cells.number))
+    each = max(1, STORED_DRAWS // len(cells.number))
     fewest = options.fewest_reached if len(estimator.categories) == 1 else 1
     for first in range(0, resamples, each):
         drawn = draw(cells, min(each, resamples - first), random)
@@ -175,7 +178,7 @@ def resample(estimator: Estimator, resamples: int, random: np.random.Generator) 
     again = np.concatenate(fitted) if fitted else np.empty((0, len(best)))
     with np.errstate(divide="ignore"):
         dispersion = 1.0 / again[:, 0]
-    good = (dispersion > options.smallest_dispersion) & (dispersion < options.largest_dispersion)
+    good = (dispersion > SMALLEST_DISPERSION) & (dispersion < LARGEST_DISPERSION)
     return Resampled(best, again[good], influence, cells)
 
 

@@ -50,6 +50,15 @@ from damagepred.uq.random_streams import Stream, generator
 
 Model = Literal["separate", "common", "empirical"]
 
+LEAST_REACHED, LEAST_WALLS = 15, 30
+"""Effective walls that reached each category, and in all, below which curves of a common dispersion have no band.
+
+A limit on the first alone would pick unusual studies.
+"""
+CRITERION_WALLS = 50_000
+"""Walls beyond which every second, third ... is taken for Akaike's criterion."""
+LARGEST_COUNT = 1_000_000
+"""Resamples, and points of a curve, beyond which they are refused as a slip."""
 EMPIRICAL = "empirical"
 """Status of a curve without a form."""
 
@@ -168,7 +177,7 @@ def fit_fragility(
     require_count("seed", seed, 0)
     for what, number, least in (("bootstrap", bootstrap, 0), ("goodness", goodness, 0), ("points", points, 2)):
         require_count(what, number, least)
-        require_number(what, number, least, options.largest_count)
+        require_number(what, number, least, LARGEST_COUNT)
     walls = read_capacities(ds, wanted, name)
     grid = np.linspace(0.0, walls.largest, points)
     request = _Request(model, confidence, bootstrap, goodness, seed, wanted, grid, options)
@@ -207,7 +216,7 @@ def _curves(walls: StudyCapacities, request: _Request) -> tuple[dict[str, NDArra
         "failed": read.failed.sum(axis=1),
     }
     alone = _each_category(read.lower, read.upper, walls.weight)
-    empirical = [_empirical(cells, walls.single, options) for cells in alone]
+    empirical = [_empirical(cells, walls.single) for cells in alone]
     columns["empirical"] = np.array([curve.probability(request.grid) for curve in empirical])
     if request.model == "empirical":
         return columns | _without_form(alone, walls, request), {}
@@ -215,7 +224,7 @@ def _curves(walls: StudyCapacities, request: _Request) -> tuple[dict[str, NDArra
     lower, upper = walls.capacities.lower, walls.capacities.upper
     if before.any():
         alone = _each_category(lower, upper, walls.weight)
-        empirical = [_empirical(cells, walls.single, options) for cells in alone]
+        empirical = [_empirical(cells, walls.single) for cells in alone]
     common = request.model == "common"
     together = group_intervals(lower, upper, walls.weight) if common else None
     groups = [together] if together is not None else alone
@@ -241,7 +250,7 @@ def _bands(estimator: Estimator, rows: list[int], share: FloatArray, request: _R
     if estimator.no_dispersion() or request.bootstrap == 0:
         return unknown
     walls = effective_reached(estimator)
-    if request.model == "common" and _too_few(estimator.cells, walls, request.options):
+    if request.model == "common" and _too_few(estimator.cells, walls):
         return unknown
     random = generator(request.seed, Stream.BOOTSTRAP, request.categories[rows[0]])
     draws = draw_parameters(estimator, request.bootstrap, random)
@@ -249,9 +258,9 @@ def _bands(estimator: Estimator, rows: list[int], share: FloatArray, request: _R
     return [confidence_band(draws, row, request.grid, request.confidence, walls) for row in np.eye(len(rows))]
 
 
-def _too_few(cells: GroupedIntervals, walls: float, options: FragilityOptions) -> bool:
+def _too_few(cells: GroupedIntervals, walls: float) -> bool:
     """Whether curves with a common dispersion have no band: it would cover the truth too rarely."""
-    return walls < options.fewest_common or cells.effective() < options.fewest_common_walls
+    return walls < LEAST_REACHED or cells.effective() < LEAST_WALLS
 
 
 def _columns_of(fits: list[Fit], limits: list[Band], grid: FloatArray) -> dict[str, NDArray[Any]]:
@@ -297,22 +306,20 @@ def _end_where_walls_end(columns: dict[str, NDArray[Any]], largest: float) -> No
         columns[f"median_failed_{end}"] = np.where(failed > largest * (1 + 1e-9), np.inf, failed)
 
 
-def _empirical(
-    cells: GroupedIntervals, single: bool, options: FragilityOptions, weight: FloatArray | None = None
-) -> Npmle:
+def _empirical(cells: GroupedIntervals, single: bool, weight: FloatArray | None = None) -> Npmle:
     lower, upper, weight = cells.lower[0], cells.upper[0], cells.total if weight is None else weight
-    return isotonic(lower, upper, weight) if single else turnbull(lower, upper, weight, options=options)
+    return isotonic(lower, upper, weight) if single else turnbull(lower, upper, weight)
 
 
 def _without_form(alone: list[GroupedIntervals], walls: StudyCapacities, request: _Request) -> dict[str, NDArray[Any]]:
     """Empirical curves in place of the lognormal ones; their medians have quantiles of resampled walls."""
     rows = []
     for k, cells in enumerate(alone):
-        curve = _empirical(cells, walls.single, request.options)
+        curve = _empirical(cells, walls.single)
         random = generator(request.seed, Stream.BOOTSTRAP, request.categories[k])
         times = request.bootstrap if len(cells.number) <= request.options.one_step_groups or walls.single else 0
         weights = (draw(cells, 1, random)[0] * cells.weight for _ in range(times))
-        again = [_empirical(cells, walls.single, request.options, weight) for weight in weights]
+        again = [_empirical(cells, walls.single, weight) for weight in weights]
         probability, median = curve.probability(request.grid), _finite(curve.quantile(0.5))
         row: dict[str, Any] = {
             "probability": probability,
@@ -335,7 +342,7 @@ def _without_form(alone: list[GroupedIntervals], walls: StudyCapacities, request
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]} if rows else {}
     for name, (lower, upper) in zip(("undamaged", "damaged"), _failed_bounds(walls)):
         each = _each_category(lower, upper, walls.weight)
-        medians = np.array([_finite(_empirical(c, walls.single, request.options).quantile(0.5)) for c in each])
+        medians = np.array([_finite(_empirical(c, walls.single).quantile(0.5)) for c in each])
         columns[f"median_failed_{name}"] = medians
     return columns
 
@@ -403,7 +410,7 @@ def _criteria(fits: list[Fit], walls: StudyCapacities, options: FragilityOptions
     good = [k for k, fit in enumerate(fits) if fit.status == FITTED]
     if len(good) < 2:
         return {}
-    some = slice(None, None, -(-len(walls.weight) // options.criterion_walls))
+    some = slice(None, None, -(-len(walls.weight) // CRITERION_WALLS))
     lower, upper = walls.capacities.lower[good, some], walls.capacities.upper[good, some]
     cells = group_intervals(lower, upper, walls.weight[some])
     return {
@@ -425,7 +432,7 @@ def _note(fit: Fit, cells: GroupedIntervals, walls: StudyCapacities, share: floa
         notes.append(f"rests on {count} walls that reached it")
     if request.bootstrap and common:
         effective = effective_reached(CompositeLikelihood([0], cells, options))
-        if _too_few(cells, effective, options):
+        if _too_few(cells, effective):
             notes.append("no band: of so few walls it would be too narrow; take separate curves")
     if fit.median > walls.largest:
         notes.append("its median lies beyond the study's movement")

@@ -18,6 +18,8 @@ from damagepred.inputs.arguments import checked, require_alike
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.fragility.fit import FITTED, Fit, GroupedIntervals, group_equal, group_intervals, reasons_not_fitted
 from damagepred.uq.fragility.likelihood import (
+    LARGEST_DISPERSION,
+    SMALLEST_DISPERSION,
     CategoryIntervals,
     Likelihood,
     LinearBounds,
@@ -52,7 +54,7 @@ class Estimator(ABC):
 
     def scores(self, parameters: FloatArray) -> FloatArray:
         """Gradient of the log-likelihood of one wall of each group, array (groups, parameters)."""
-        return scores(parameters, self.rows, len(self.cells.number), self.options)
+        return scores(parameters, self.rows, len(self.cells.number))
 
     def hessian(self, parameters: FloatArray) -> FloatArray:
         """Second derivatives of the log-likelihood, array (parameters, parameters)."""
@@ -63,12 +65,12 @@ class Estimator(ABC):
         return float(self._likelihood(parameters).value[0])
 
     def _likelihood(self, parameters: FloatArray) -> Likelihood:
-        return likelihood(parameters[None], self.rows, self.row_weight(self.cells.total[None]), self.options)
+        return likelihood(parameters[None], self.rows, self.row_weight(self.cells.total[None]))
 
     def no_dispersion(self) -> str:
         """Why the likelihood has no maximum at a finite dispersion; empty if it has."""
         dispersion = 1.0 / self.estimate[0]
-        if self.options.smallest_dispersion < dispersion < self.options.largest_dispersion:
+        if SMALLEST_DISPERSION < dispersion < LARGEST_DISPERSION:
             return ""
         return f"no finite dispersion explains the walls (it runs to {dispersion:.2g})"
 
@@ -123,12 +125,12 @@ class CompositeLikelihood(Estimator):
     def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """Newton's method from the middles of the intervals."""
         begin = self._start if start is None else start
-        return maximise_likelihood(self.rows, self.row_weight(weight), begin, self.options)
+        return maximise_likelihood(self.rows, self.row_weight(weight), begin)
 
     def scores(self, parameters: FloatArray) -> FloatArray:
         """Gradient of one wall of each group: the sum over its rows, one for each category."""
         count = len(self.cells.number) if self._sum is None else self._sum.shape[1]
-        found = scores(parameters, self.rows, count, self.options)
+        found = scores(parameters, self.rows, count)
         return found if self._sum is None else np.asarray(self._sum @ found)
 
 
@@ -179,7 +181,7 @@ class OrdinalProbit(Estimator):
             kept = np.append(0, 1 + np.unique(merged, return_index=True)[1])
             level = np.append(0, merged + 1)[self._level]
             rows = self._rows(level, int(merged[-1]) + 1)
-            merged_parameters = maximise_likelihood(rows, weight[who], begin[who][:, kept], self.options)
+            merged_parameters = maximise_likelihood(rows, weight[who], begin[who][:, kept])
             parameters[who, 0], parameters[who, 1:] = merged_parameters[:, 0], merged_parameters[:, 1 + merged]
         return parameters
 

@@ -23,10 +23,14 @@ def distance(fit: Fit, empirical: Npmle) -> float:
     return float(np.concatenate(gaps).max())
 
 
-def _likelihood_ratio_statistic(fit: Fit, intervals: GroupedIntervals, options: FragilityOptions) -> float:
+LARGEST_JUDGED = 20_000
+"""Walls beyond which the fit is not judged: no form fits as closely as they can tell."""
+
+
+def _likelihood_ratio_statistic(fit: Fit, intervals: GroupedIntervals) -> float:
     """Twice the log-likelihood ratio of the empirical curve over a fitted one, of one category."""
     lower, upper, weight = intervals.lower[0], intervals.upper[0], intervals.total
-    empirical = turnbull(lower, upper, weight, options=options)
+    empirical = turnbull(lower, upper, weight)
 
     def negative_log_likelihood(probability: Callable[[FloatArray], FloatArray]) -> float:
         high = np.where(np.isinf(upper), 1.0, probability(np.where(np.isinf(upper), 1.0, upper)))
@@ -45,10 +49,10 @@ def p_value(
 ) -> float:
     """Probability that walls of the fitted curve have at least the misfit of these (parametric bootstrap)."""
     count = len(walls.weight)
-    if repetitions == 0 or count > options.goodness_walls or np.ptp(walls.weight) > 0:
+    if repetitions == 0 or count > LARGEST_JUDGED or np.ptp(walls.weight) > 0:
         return np.nan
     lower, upper = walls.capacities.lower[k], walls.capacities.upper[k]
-    statistic = _likelihood_ratio_statistic(fit, group_intervals(lower[None], upper[None], walls.weight), options)
+    statistic = _likelihood_ratio_statistic(fit, group_intervals(lower[None], upper[None], walls.weight))
     followed = np.where(np.isinf(upper), lower, walls.capacities.end)
     larger = judged = 0
     for _ in range(repetitions):
@@ -58,7 +62,7 @@ def p_value(
         again = fit_grouped(cells, options=options)[0]
         if again.status == FITTED:
             judged += 1
-            larger += _likelihood_ratio_statistic(again, cells, options) >= statistic
+            larger += _likelihood_ratio_statistic(again, cells) >= statistic
     return (larger + 1) / (judged + 1)
 
 

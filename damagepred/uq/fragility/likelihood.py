@@ -14,7 +14,6 @@ import numpy as np
 from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
-from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 
 _LOG_ZERO = -1e6
 """Finite number in place of the logarithm of 0."""
@@ -74,6 +73,14 @@ def linear_bounds(lower: FloatArray, upper: FloatArray, regressors: FloatArray) 
     return LinearBounds(below, above, no_below, no_above, exact)
 
 
+SMALLEST_DISPERSION, LARGEST_DISPERSION = 1e-4, 20.0
+"""Dispersions (1) beyond which there is no curve."""
+LIKELIHOOD_ROWS = 200_000
+"""Rows of the likelihood evaluated at a time: they fit into the processor's cache."""
+COARSE_START_ROWS = 50_000
+"""Rows from which the maximum is first sought with a fifth of this number of rows."""
+
+
 class Likelihood(NamedTuple):
     """Logarithm of the likelihood (resamples,), its gradient (resamples, p) and curvature (resamples, p, p)."""
 
@@ -86,13 +93,12 @@ def likelihood(
     parameters: FloatArray,
     rows: LinearBounds | CategoryIntervals,
     weight: FloatArray,
-    options: FragilityOptions = DEFAULT,
 ) -> Likelihood:
     """Log-likelihood of several sets of parameters, each for its own weights, with its derivatives."""
     resamples, size = parameters.shape
     value, gradient = np.zeros(resamples), np.zeros((resamples, size))
     hessian = np.zeros((resamples, size, size))
-    step = max(1, options.likelihood_rows // resamples)
+    step = max(1, LIKELIHOOD_ROWS // resamples)
     for first in range(0, weight.shape[1], step):
         chunk = slice(first, first + step)
         some, w = rows.part(chunk), weight[:, chunk]
@@ -107,13 +113,11 @@ def likelihood(
     return Likelihood(value, gradient, hessian)
 
 
-def scores(
-    parameters: FloatArray, rows: LinearBounds | CategoryIntervals, count: int, options: FragilityOptions = DEFAULT
-) -> FloatArray:
+def scores(parameters: FloatArray, rows: LinearBounds | CategoryIntervals, count: int) -> FloatArray:
     """Gradient of the log-likelihood of each of ``count`` rows, array (rows, parameters)."""
     gradients = np.empty((count, rows.parameters))
-    for first in range(0, count, options.likelihood_rows):
-        chunk = slice(first, first + options.likelihood_rows)
+    for first in range(0, count, LIKELIHOOD_ROWS):
+        chunk = slice(first, first + LIKELIHOOD_ROWS)
         some = rows.part(chunk)
         _, by_low, by_high, *_ = _row_log_likelihood(parameters[None], some)
         gradients[chunk] = by_high[0][:, None] * some.above + by_low[0][:, None] * some.below
@@ -166,19 +170,17 @@ def _log_interval_probability(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.maximum(np.where(np.isnan(difference), _LOG_ZERO, difference), _LOG_ZERO)
 
 
-def maximise_likelihood(
-    rows: LinearBounds | CategoryIntervals, weight: FloatArray, start: FloatArray, options: FragilityOptions = DEFAULT
-) -> FloatArray:
+def maximise_likelihood(rows: LinearBounds | CategoryIntervals, weight: FloatArray, start: FloatArray) -> FloatArray:
     """Parameters of the largest likelihood, array (resamples, parameters), by Newton's method."""
     resamples, count = weight.shape
-    smallest, largest = options.smallest_dispersion, options.largest_dispersion
+    smallest, largest = SMALLEST_DISPERSION, LARGEST_DISPERSION
     parameters = np.array(np.broadcast_to(start, (resamples, rows.parameters)), dtype=np.float64)
-    if count > options.coarse_start_rows and resamples == 1:
-        stride = count // (options.coarse_start_rows // 5)
-        parameters = maximise_likelihood(rows.part(slice(None, None, stride)), weight[:, ::stride], parameters, options)
+    if count > COARSE_START_ROWS and resamples == 1:
+        stride = count // (COARSE_START_ROWS // 5)
+        parameters = maximise_likelihood(rows.part(slice(None, None, stride)), weight[:, ::stride], parameters)
         parameters[:, 0] = np.clip(parameters[:, 0], 1.0 / largest, 1.0 / smallest)
     total = weight.sum(axis=1)
-    current = likelihood(parameters, rows, weight, options)
+    current = likelihood(parameters, rows, weight)
     active = np.arange(resamples)
     for _ in range(200):
         now = Likelihood(*(part[active] for part in current))
@@ -186,7 +188,7 @@ def maximise_likelihood(
         step = (np.linalg.pinv(-now.hessian, hermitian=True) @ now.gradient[:, :, None])[:, :, 0]
         too_far = parameters[active, 0] + step[:, 0] <= 0  # the dispersion is positive; it may well grow tenfold
         step[too_far] *= (0.9 * parameters[active, 0] / np.where(too_far, -step[:, 0], 1.0))[too_far, None]
-        moved, fraction = _line_search(parameters, current, step, active, rows, weight, options)
+        moved, fraction = _line_search(parameters, current, step, active, rows, weight)
         predicted = fraction * (now.gradient * step).sum(axis=1)
         dispersion = 1.0 / parameters[active, 0]
         done = ~moved | (predicted <= ROUNDING * total[active]) | (dispersion <= smallest) | (dispersion >= largest)
@@ -203,7 +205,6 @@ def _line_search(
     active: IntArray,
     rows: LinearBounds | CategoryIntervals,
     weight: FloatArray,
-    options: FragilityOptions,
 ) -> tuple[BoolArray, FloatArray]:
     """Halve the steps until the likelihood is no smaller; return whether each was taken, and its fraction."""
     moved, fraction = np.zeros(len(active), dtype=bool), np.ones(len(active))
@@ -211,7 +212,7 @@ def _line_search(
     for _ in range(60):
         who = active[open_]
         to = parameters[who] + fraction[open_, None] * step[open_]
-        new = likelihood(to, rows, weight[who], options)
+        new = likelihood(to, rows, weight[who])
         good = new.value >= current.value[who] - ROUNDING * weight[who].sum(axis=1)
         parameters[who[good]] = to[good]
         for mine, theirs in zip(current, new):

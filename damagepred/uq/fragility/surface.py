@@ -214,7 +214,7 @@ class _Regression(Estimator):
     def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
         if start is None:
             start = np.append(CompositeLikelihood([0], self.cells, self.options).estimate, 0.0)
-        return maximise_likelihood(self.rows, weight, start, self.options)
+        return maximise_likelihood(self.rows, weight, start)
 
 
 def _fitted(

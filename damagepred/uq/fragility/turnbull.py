@@ -13,7 +13,12 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.inputs.arguments import checked, require_alike
-from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
+
+MOST_BOUNDS = 1000
+"""Distinct bounds of intervals beyond which they are rounded to as many equal steps."""
+MOST_ITERATIONS = 2000
+TOLERANCE = 1e-8
+"""Distance of the log-likelihood from its maximum, for each wall, at which iteration ends (1)."""
 
 
 class Npmle(NamedTuple):
@@ -36,9 +41,7 @@ class Npmle(NamedTuple):
 
 
 @checked
-def turnbull(
-    lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None, *, options: FragilityOptions = DEFAULT
-) -> Npmle:
+def turnbull(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None) -> Npmle:
     """Nonparametric maximum likelihood estimate of the capacity's distribution.
 
     Parameters
@@ -47,15 +50,12 @@ def turnbull(
         Capacities lie in (lower, upper]; upper infinite: not reached; equal: known exactly.
     weight : array (walls,), optional
         Weight of each wall.
-    options : FragilityOptions
-        Options ``empirical_...``.
     """
     require_alike(lower=lower, upper=upper, weight=weight)
     lower, upper = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     weight = np.ones(len(lower)) if weight is None else np.asarray(weight, dtype=np.float64)
     keep = (weight > 0) & ((lower > 0) | np.isfinite(upper))
-    most = options.empirical_bounds
-    lower, upper, weight = _rounded(lower[keep], most), _rounded(upper[keep], most), weight[keep]
+    lower, upper, weight = _rounded(lower[keep]), _rounded(upper[keep]), weight[keep]
     if not len(lower):
         return Npmle(np.zeros(1), np.full(1, np.inf), np.ones(1))
     low_ends, right = _innermost(lower, upper)
@@ -65,15 +65,15 @@ def turnbull(
     last = np.searchsorted(right, upper, side="right")
     span, group = np.unique(np.column_stack((first, last)), axis=0, return_inverse=True)
     total = np.bincount(group.ravel(), weights=weight)
-    return Npmle(low_ends, right, _maximise(span[:, 0], span[:, 1], total / total.sum(), len(low_ends), options))
+    return Npmle(low_ends, right, _maximise(span[:, 0], span[:, 1], total / total.sum(), len(low_ends)))
 
 
-def _rounded(bound: FloatArray, most: int) -> FloatArray:
-    """Round bounds to equal steps if more than ``most`` of them differ."""
+def _rounded(bound: FloatArray) -> FloatArray:
+    """Round bounds to equal steps if more than ``MOST_BOUNDS`` of them differ."""
     finite = np.isfinite(bound)
-    if len(np.unique(bound[finite])) <= most:
+    if len(np.unique(bound[finite])) <= MOST_BOUNDS:
         return bound
-    step = bound[finite].max() / most
+    step = bound[finite].max() / MOST_BOUNDS
     return np.where(finite, np.round(bound / step) * step, np.inf)
 
 
@@ -91,14 +91,14 @@ def _innermost(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatA
     return bounds[first], bounds[first + 1]
 
 
-def _maximise(first: IntArray, last: IntArray, weight: FloatArray, size: int, options: FragilityOptions) -> FloatArray:
+def _maximise(first: IntArray, last: IntArray, weight: FloatArray, size: int) -> FloatArray:
     """Masses of largest likelihood; each row spans the intervals first <= j < last, weights add up to 1."""
     mass = np.full(size, 1.0 / size)
-    for _ in range(options.empirical_iterations):
+    for _ in range(MOST_ITERATIONS):
         mass = mass * _directional_derivative(mass, first, last, weight)  # expectation and maximisation
         mass = mass / mass.sum()
         mass = _icm_step(mass, first, last, weight)
-        if _directional_derivative(mass, first, last, weight).max() - 1.0 <= options.empirical_tolerance:
+        if _directional_derivative(mass, first, last, weight).max() - 1.0 <= TOLERANCE:
             break
     return mass
 
