@@ -1,19 +1,36 @@
-"""Laboratory tests of walls: supports, loads and measured displacements."""
+"""Loads on walls, and laboratory tests: supports, loaded strips and measured displacements."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly.assembly import Assembly
 from damagepred.assembly.bond import Brick
-from damagepred.assembly.model import Jacks, LaboratoryTest, Model
+from damagepred.assembly.model import Blocks, Jacks, LaboratoryTest, Model
 from damagepred.errors import InputError
-from damagepred.scene import Joint, Load, Loading, Scene, Support
+from damagepred.scene import Joint, Load, Loading, Scene, Support, Wall
+from damagepred.scene.loading import force_of, strip_of
+from damagepred.scene.wall import EDGE_TOLERANCE
+
+_WHOLE_TOP = Load()
+POINT = 1e-6
+"""Half the width of a load at a point, over the wall's length: on a perpend it acts on both bricks."""
+
+
+class Sides(NamedTuple):
+    """Bricks that loads can act on, and the beam on them."""
+
+    box: FloatArray  # (blocks, 4): left, bottom, right, top (m)
+    top: FloatArray  # (p, 3): block under each part of the wall's top, start and end of the part (m)
+
+
+NO_SIDES = Sides(np.empty((0, 4)), np.empty((0, 3)))
 
 
 def add_supports(assembly: Assembly, supports: Sequence[Support], bricks: Sequence[Brick]) -> None:
@@ -49,7 +66,7 @@ def bearing_joint(scene: Scene, guide_stiffness_ratio: float = 1e-6) -> Joint:
     )
 
 
-def under_loads(scene: Scene, model: Model, bricks: Sequence[Brick]) -> Model:
+def under_loads(scene: Scene, model: Model, bricks: Sequence[Brick], sides: Sides) -> Model:
     """Model with the loads of a test."""
     loading = scene.loading
     assert loading is not None
@@ -61,7 +78,7 @@ def under_loads(scene: Scene, model: Model, bricks: Sequence[Brick]) -> Model:
             prescribed=dofs, prescribed_displacement=none, start=none, after_load=dofs < turning
         )
         model = replace(model, supports=held)
-    push, gauge = _push(scene, model, bricks), _gauge(loading, model, bricks)
+    push, gauge = _push(scene, model, sides), _gauge(loading, model, bricks)
     test = LaboratoryTest(push, gauge, loading.target if loading.control == "force" else 0.0)
     if loading.control == "force":
         return replace(model, supports=model.supports._replace(live_load=loading.target * push), test=test)
@@ -85,45 +102,67 @@ def under_loads(scene: Scene, model: Model, bricks: Sequence[Brick]) -> Model:
     return replace(model, jacks=jacks, test=test)
 
 
-def _push(scene: Scene, model: Model, bricks: Sequence[Brick]) -> FloatArray:
+def _push(scene: Scene, model: Model, sides: Sides) -> FloatArray:
     """Load vector (3 n,) of 1 N in all, by the shares of the strips."""
-    if has_beam(scene):
-        reach = scene.wall.length, scene.wall.height
-        bricks = [*bricks, Brick(0.0, reach[1], reach[0], reach[1] + scene.wall.block_height, -1)]
-    total, push = sum(load.share for load in scene.load), np.zeros((model.n_blocks, 3))
-    for number, load in enumerate(scene.load, start=1):
-        on_strip = _on_strip(load, model, bricks, scene.wall.length, scene.wall.height)
-        if on_strip is None:
+    strips = [(number, load) for number, load in enumerate(scene.load, start=1) if not load.sized]
+    total, push = sum(load.share for _, load in strips), np.zeros((model.n_blocks, 3))
+    for number, load in strips:
+        on_strip, length = _on_strip(load, load.share / total, model.blocks, sides, scene.wall)
+        if not length:
             raise InputError(f"load {number}: there is no brick where it acts on the {load.side}")
-        push += load.share / total * on_strip
+        push += on_strip
     return push.ravel()
 
 
-def _on_strip(load: Load, model: Model, bricks: Sequence[Brick], length: float, height: float) -> FloatArray | None:
-    """Load vector (n, 3) of 1 N, uniform along a strip; None if there is no brick."""
-    box = np.array([brick[:4] for brick in bricks])
-    west, bottom, east, top = box.T
-    size = length if load.side == "top" else height
-    middle, width = size / 2.0 if load.at is None else load.at, load.width or size
-    near = 1e-6 * size
-    if load.side == "top":
-        start, end, on_side, level = west, east, top > top.max() - near, np.minimum(top, height)
+def dead_loads(scene: Scene, blocks: Blocks, sides: Sides) -> FloatArray:
+    """Roof and loads with a size, as forces and moments (n, 3) about the centroids of the blocks (N, N m)."""
+    wall, total = scene.wall, np.zeros((len(blocks.x), 3))
+    if not len(sides.box):
+        return total
+    if scene.loads.roof:
+        total += _on_strip(_WHOLE_TOP, scene.loads.roof, blocks, sides, wall)[0]
+    for number, load in enumerate(scene.load, start=1):
+        if not load.sized:
+            continue
+        start, end = strip_of(load, wall)
+        on_strip, length = _on_strip(load, force_of(load, wall), blocks, sides, wall)
+        if not length or end - start - length > EDGE_TOLERANCE * wall.block_length:
+            where = f"the {load.side}" if load.y is None else f"a height of {load.y:g} m"
+            raise InputError(
+                f"load {load.name or number}: on {where}, bricks carry {length:g} of its {end - start:g} m from "
+                f"{start:g} to {end:g} m; put it where the wall has bricks"
+            )
+        total += on_strip
+    return total
+
+
+def _on_strip(load: Load, size: float, blocks: Blocks, sides: Sides, wall: Wall) -> tuple[FloatArray, float]:
+    """Force (N), uniform along a strip, as loads (n, 3) of the blocks, and the length (m) with bricks."""
+    west, bottom, east, top = sides.box.T
+    if load.side != "top":
+        near = 1e-6 * wall.height
+        block = np.flatnonzero(west < near if load.side == "left" else east > wall.length - near)
+        start, end, level = bottom[block], top[block], (west if load.side == "left" else east)[block]
+    elif load.y is None:
+        block, start, end = sides.top[:, 0].astype(np.int64), *sides.top[:, 1:].T
+        level = np.minimum(top[block], wall.height)
     else:
-        start, end = bottom, top
-        on_side, level = (west < near, west) if load.side == "left" else (east > length - near, east)
-    start, end = np.maximum(start, middle - width / 2.0), np.minimum(end, middle + width / 2.0)
-    loaded = np.where(on_side, np.maximum(end - start, 0.0), 0.0)
-    if not loaded.sum() > 0.0:
-        return None
+        block = np.flatnonzero(np.abs(top - top[np.argmin(np.abs(top - load.y))]) < 1e-6 * wall.height)
+        start, end, level = west[block], east[block], top[block]
+    first, last = strip_of(load, wall)
+    widening = POINT * wall.length if first == last else 0.0
+    start, end = np.maximum(start, first - widening), np.minimum(end, last + widening)
+    loaded, loads = np.maximum(end - start, 0.0), np.zeros((len(blocks.x), 3))
+    if not (length := float(loaded.sum())) > 0.0:
+        return loads, 0.0
     towards = {"top": (0.0, -1.0), "left": (1.0, 0.0), "right": (-1.0, 0.0)}[load.side]
     along = (1.0, 0.0) if load.side == "top" else (0.0, -1.0)
-    force = np.outer(loaded / loaded.sum(), towards if load.direction == "towards" else along)
+    force = np.outer(size * loaded / length, towards if load.direction == "towards" else along)
     centre = (0.5 * (start + end), level) if load.side == "top" else (level, 0.5 * (start + end))
-    n = len(bricks)
-    moment = (centre[0] - model.blocks.x[:n]) * force[:, 1] - (centre[1] - model.blocks.y[:n]) * force[:, 0]
-    loads = np.zeros((model.n_blocks, 3))
-    loads[:n] = np.column_stack((force, moment))
-    return loads
+    arms = [place - own[block] for place, own in zip(centre, (blocks.x, blocks.y))]
+    arm_x, arm_y = (np.where(np.abs(arm) < 1e-9 * wall.length, 0.0, arm) for arm in arms)
+    np.add.at(loads, block, np.column_stack((force, arm_x * force[:, 1] - arm_y * force[:, 0])))
+    return loads, length
 
 
 def _gauge(loading: Loading, model: Model, bricks: Sequence[Brick]) -> FloatArray | None:

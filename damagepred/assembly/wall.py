@@ -35,7 +35,15 @@ from damagepred.assembly.interfaces import (
     with_strain,
 )
 from damagepred.assembly.joint_creep import JointCreep
-from damagepred.assembly.loading import add_supports, bearing_joint, has_beam, under_loads
+from damagepred.assembly.loading import (
+    NO_SIDES,
+    Sides,
+    add_supports,
+    bearing_joint,
+    dead_loads,
+    has_beam,
+    under_loads,
+)
 from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.model import GroundMovement, Jambs, Model, Supports
 from damagepred.assembly.points import Hold, held_too
@@ -96,7 +104,7 @@ class WallGeometry(NamedTuple):
     jambs: Jambs
     footing: IntArray  # blocks of the footing, left to right; empty if the wall's underside itself is moved
     control: IntArray  # (m,): number of the control joint of each interface, or -1
-    top_length: FloatArray  # (bricks,): length of wall top on each brick (m)
+    sides: Sides
 
 
 @lru_cache(maxsize=8)
@@ -147,7 +155,13 @@ def _geometry(
     sides = zip(geometry.interfaces.block_a.tolist(), geometry.interfaces.block_b.tolist())
     control = np.array([numbers.get((min(pair), max(pair)), -1) for pair in sides], dtype=np.int64)
     jambs = _jambs(scene, bricks, geometry)
-    return WallGeometry(geometry, tuple(bricks), jambs, footing, control, _top_length(wall, bricks))
+    box = np.array([brick[:4] for brick in bricks])
+    on_top = np.flatnonzero(box[:, 3] > wall.height * (1 - 1e-9))
+    sides = Sides(box, np.column_stack((on_top, box[on_top, 0], box[on_top, 2])))
+    if beam:
+        on_it = [0.0, wall.height, wall.length, wall.height + wall.block_height]
+        sides = Sides(np.vstack((box, on_it)), np.array([[len(bricks), 0.0, wall.length]]))
+    return WallGeometry(geometry, tuple(bricks), jambs, footing, control, sides)
 
 
 @lru_cache(maxsize=8)
@@ -157,7 +171,7 @@ def _footing_alone(scene: Scene, solver: Solver, shape: Foundation) -> WallGeome
     bricks = lay_bricks(scene)
     footing = add_footing(assembly, shape, bricks, wall.length, wall.block_length, ())
     geometry = assembly.geometry(solver, no_tension=_no_tension(scene))
-    return WallGeometry(geometry, (), NO_JAMBS, footing, np.full(len(geometry.interfaces.kind), -1), np.empty(0))
+    return WallGeometry(geometry, (), NO_JAMBS, footing, np.full(len(geometry.interfaces.kind), -1), NO_SIDES)
 
 
 def _blocks_at(brick: Brick, solver: Solver, dpc_course: int | None) -> str:
@@ -308,7 +322,7 @@ def footing_alone(scene: Scene, line_load: float = 0.0) -> Model:
 
 
 def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray], line_load: float) -> Model:
-    geometry, bricks, jambs, footing, control, top_length = shared
+    geometry, bricks, jambs, footing, control, sides = shared
     blocks, interfaces = geometry.blocks, geometry.interfaces
     material = IN_KIND[interfaces.kind]
     if not _own_bed(scene):
@@ -340,10 +354,7 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
     thickness = np.array([scene.wall.thickness, scene.footing.width])[substance]
     load = np.zeros((len(density), 3))
     load[:, 1] = -GRAVITY * density * blocks.area * thickness
-    if has_beam(scene):
-        load[len(bricks), 1] = -scene.loads.roof
-    else:
-        load[: len(bricks), 1] -= scene.loads.roof * top_length / max(float(top_length.sum()), 1e-300)
+    load += dead_loads(scene, blocks, sides)
     length = scene.wall.length
     if line_load:
         load[footing, 1] -= line_load * length * blocks.area[footing] / blocks.area[footing].sum()
@@ -375,7 +386,7 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
     if scene.movement.shape == "jacks":
         return _on_jacks(scene, model, geometry, footing)
     if scene.movement.shape == "loads":
-        return under_loads(scene, model, bricks)
+        return under_loads(scene, model, bricks, sides)
     if scene.movement.shape == "mound":
         return _on_ground(scene, model, geometry, footing)
     holds = _moved_from_below(scene, len(bricks)) if len(footing) else []
@@ -556,11 +567,6 @@ def _of_joints(key: str, name: str, values: FloatArray) -> FloatArray:
 
 _ANY_JOINT = Joint(normal_stiffness=1.0, shear_stiffness=1.0, tensile_strength=1e16, cohesion=1e16, friction=1e15)
 """Joint in which any single property may have any value that a joint can have; mode II goes beside mode I."""
-
-
-def _top_length(wall: Wall, bricks: list[Brick]) -> FloatArray:
-    start, _, end, top, _ = np.array(bricks).reshape(-1, 5).T
-    return np.where(top > wall.height * (1 - 1e-9), end - start, 0.0)
 
 
 def _jambs(scene: Scene, bricks: list[Brick], geometry: Geometry) -> Jambs:

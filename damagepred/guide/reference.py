@@ -54,7 +54,7 @@ the file where its table is. A key with the default *none* may be left out: its 
 FIRST_KEYS = {
     "wall and openings": "wall.length wall.height wall.thickness wall.block_length wall.block_height opening.kind "
     "opening.x opening.y opening.width opening.height control_joint.x",
-    "dpc, loads": "dpc.course dpc.friction loads.roof",
+    "dpc, loads": "dpc.course dpc.friction loads.roof load.line_load load.y",
     "mortar": "joint.tensile_strength joint.cohesion joint.friction joint.normal_stiffness",
     "footing": "footing.width footing.depth footing.concrete.grade footing.concrete.bottom",
     "movement": "movement.shape movement.kind movement.central_deflection movement.increments",

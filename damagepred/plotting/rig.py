@@ -21,7 +21,8 @@ from damagepred.plotting.colours import (
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import footing_rise, soil_surface
 from damagepred.plotting.sheet import KN, plain_number, small
-from damagepred.scene import Scene
+from damagepred.scene import Load, Scene
+from damagepred.scene.loading import strip_of
 
 TRIANGLE, ARROW = 0.018, 0.06
 """Size of a support, and of the arrow of the largest load of a jack, as fractions of the wall's length."""
@@ -96,27 +97,39 @@ def draw_arrow(ax: Axes, tip: tuple[float, float], tail: tuple[float, float], co
 
 def draw_test(ax: Axes, scene: Scene, force: float | None) -> None:
     """Draw supports of a laboratory test as triangles, and its loads as arrows with their share of a force (N)."""
-    length, height, size = scene.wall.length, scene.wall.height, TRIANGLE * scene.wall.length
+    length, size = scene.wall.length, TRIANGLE * scene.wall.length
     for support in scene.support:
         draw_support(ax, support.x, 0.0, size, support.width / 2.0)
     if not scene.support:
         ax.plot([0.0, length], [0.0, 0.0], color=RIG_COLOUR, linewidth=1.4, zorder=1)
-    reach, near = ARROW * length, 0.2 * size
-    shares = sum(load.share for load in scene.load)
-    for load in scene.load:
-        out_x, out_y = {"top": (0.0, 1.0), "left": (-1.0, 0.0), "right": (1.0, 0.0)}[load.side]
-        from_x, from_y = (out_x, out_y) if load.direction == "towards" else (-out_y, abs(out_x))
-        side = length if load.side == "top" else height
-        middle = side / 2.0 if load.at is None else load.at
-        x, y = (middle, height) if load.side == "top" else (length if load.side == "right" else 0.0, middle)
-        tip = x + near * out_x, y + near * out_y
-        tail = tip[0] + reach * from_x, tip[1] + reach * from_y
-        draw_arrow(ax, tip, tail)
-        aside = {"top": "center", "left": "right", "right": "left"}[load.side]
-        if force is not None:
-            ax.text(tail[0], tail[1] + 0.3 * size, _load(force * load.share / shares), ha=aside, va="bottom")
-        ax.update_datalim([(tail[0] + 3.0 * size * out_x, tail[1] + 3.0 * size)])
+    strips = [load for load in scene.load if not load.sized]
+    shares = sum(load.share for load in strips)
+    for load in strips:
+        words = "" if force is None else _load(force * load.share / shares)
+        draw_load(ax, scene, load, words, [sum(strip_of(load, scene.wall)) / 2.0], ARROW * length, 0.2 * size)
     ax.update_datalim([(0.0, -1.6 * size)])
+
+
+def draw_load(
+    ax: Axes, scene: Scene, load: Load, words: str, places: Sequence[float], reach: float, near: float
+) -> None:
+    """Draw a load as arrows of some reach at places along its side, ``near`` the wall (m), with words."""
+    length, height, gap = scene.wall.length, scene.wall.height, 0.3 * TRIANGLE * scene.wall.length
+    out_x, out_y = {"top": (0.0, 1.0), "left": (-1.0, 0.0), "right": (1.0, 0.0)}[load.side]
+    from_x, from_y = (out_x, out_y) if load.direction == "towards" else (-out_y, abs(out_x))
+    level = height if load.y is None else load.y
+    tails = []
+    for place in places:
+        x, y = (place, level) if load.side == "top" else (length if load.side == "right" else 0.0, place)
+        tip = x + near * out_x, y + near * out_y
+        tails.append((tip[0] + reach * from_x, tip[1] + reach * from_y))
+        draw_arrow(ax, tip, tails[-1])
+    x, y = np.mean(tails, axis=0)
+    style: dict[str, Any] = {"ha": {"top": "center", "left": "right", "right": "left"}[load.side], "va": "bottom"}
+    if load.y is not None:
+        style["bbox"] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0}
+    ax.text(x, y + gap, words, fontsize=small(ax), zorder=5, **style)
+    ax.update_datalim([(x + 10.0 * gap * out_x, y + 10.0 * gap)])
 
 
 def _load(load: float) -> str:

@@ -23,7 +23,7 @@ from damagepred.plotting.colours import (
     SOIL_COLOUR,
 )
 from damagepred.plotting.geometry import round_exaggeration
-from damagepred.plotting.rig import ARROW, TRIANGLE, draw_arrow, draw_support, draw_test
+from damagepred.plotting.rig import ARROW, TRIANGLE, draw_arrow, draw_load, draw_support, draw_test
 from damagepred.plotting.sheet import (
     axes_or_new,
     elevation,
@@ -34,7 +34,8 @@ from damagepred.plotting.sheet import (
     small,
     verbatim,
 )
-from damagepred.scene import Scene
+from damagepred.scene import Load, Scene
+from damagepred.scene.loading import force_of, strip_of
 from damagepred.scene.what_moves import PROFILE_POINTS, load_factors, turning_points, what_moves
 
 LINTEL_COLOUR, BEFORE_COLOUR, OTHER_WAY_COLOUR = "#c9a98f", "#9a9a9a", "#d55e00"
@@ -80,8 +81,7 @@ def draw_scene(scene: Scene, ax: Axes | None = None) -> Axes:
         footing = [rectangle(0.0, low, length, 0.0)]
         style: dict[str, Any] = {"facecolors": FOOTING_COLOUR, "edgecolors": FOOTING_EDGE}
         ax.add_collection(PolyCollection(footing, label="footing", **style))
-    if scene.loads.roof:
-        _draw_roof(ax, scene, bricks)
+    _draw_loads(ax, scene, bricks)
     factor = 0.0
     if scene.movement.shape == "jacks":
         _draw_jacks(ax, scene, low)
@@ -131,16 +131,22 @@ def _draw_wall(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
             ax.add_collection(LineCollection(lines, colors=colour, linewidths=1.8, zorder=3, label=label))
 
 
-def _draw_roof(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
-    """Draw the load of the roof over the bricks that carry it."""
-    length, top = scene.wall.length, scene.wall.height
-    carrying = [(b.left, b.right) for b in bricks if b.top > top * (1 - 1e-9)]
-    for x in np.linspace(0.0, length, 15)[1:-1]:
-        if any(left <= x <= right for left, right in carrying):
-            draw_arrow(ax, (x, top), (x, top + 0.03 * length))
-    words = f"roof {plain_number(scene.loads.roof / 1e3)} kN in all"
-    ax.text(length / 2, top + 0.035 * length, words, ha="center", va="bottom", fontsize=small(ax))
-    ax.update_datalim([(0.0, top + 0.06 * length)])
+def _draw_loads(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
+    """Draw the roof and the loads with a size over the bricks that carry them."""
+    length, height, rows = scene.wall.length, scene.wall.height, dict[float, int]()
+    carrying = [(b.left, b.right) for b in bricks if b.top > height * (1 - 1e-9)]
+    roof = [("roof", Load(force=scene.loads.roof))] if scene.loads.roof else []
+    for name, load in roof + [(load.name or f"load {n}", load) for n, load in enumerate(scene.load, 1) if load.sized]:
+        start, end = strip_of(load, scene.wall)
+        count = 1 + round(12.0 * (end - start) / length)
+        places = start + (end - start) * (np.arange(count) + 0.5) / count
+        if load.side == "top" and load.y is None:
+            places = np.array([x for x in places if any(left <= x <= right for left, right in carrying)])
+        level = height if load.y is None else load.y
+        raised = 0.065 * length * rows.get(level, 0) if load.side == "top" else 0.0
+        rows[level] = rows.get(level, 0) + (load.side == "top")
+        words = f"{name} {plain_number(force_of(load, scene.wall) / 1e3)} kN" + (" in all" if name == "roof" else "")
+        draw_load(ax, scene, load, words + (", live" if load.kind == "live" else ""), places, 0.03 * length, raised)
 
 
 def _draw_jacks(ax: Axes, scene: Scene, low: float) -> None:

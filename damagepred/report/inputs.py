@@ -44,6 +44,7 @@ HEADS = {
     "soil": "Soil",
     "mound": "Mound",
     "loads": "Loads",
+    "load": "Load",
     "solver": "Solver",
     "damage": "Damage",
     "dynamics": "Run in time",

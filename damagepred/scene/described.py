@@ -42,3 +42,13 @@ def described(cls: type[T]) -> type[T]:
     number = len(fields_of(made))
     made.__init__ = init
     return made
+
+
+def require_name(item: Any, what: str, example: str) -> None:
+    """Refuse a name of an item of a list that is no word, or is one of its keys."""
+    name, keys = item.name, [field.name for field in fields_of(item)]
+    if name is not None and (not name.replace("-", "_").isidentifier() or name in keys):
+        raise ValueError(
+            f"name = '{name}': must be one word of letters, digits, - and _, no number and no key of the {what}, such "
+            f"as '{example}'"
+        )

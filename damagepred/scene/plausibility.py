@@ -31,7 +31,9 @@ _LEAST = {
     "elastic_modulus": (1e5, 1e6, "MPa"),
     "steel_modulus": (1e6, 1e8, "MPa"),
     "density": (50.0, 200.0, ""),
-    "roof": (0.0, 100.0, "kN"),
+    **dict.fromkeys(("roof", "load.force"), (0.0, 100.0, "kN")),
+    "line_load": (0.0, 100.0, "kN/m"),
+    "pressure": (0.0, 20.0, "kPa"),
 }
 """End of a key: numbers (SI) below which a value is impossible and unlikely, and the suggested unit. 0 is allowed.
 
@@ -115,9 +117,11 @@ def _limits(path: str, unit: str, which: int) -> tuple[float, float]:
     """Least and largest value of a number: 0 possible, 1 likely."""
     table, key = path.split(".")[0], path.split(".")[-1]
     ends = _LEAST if unit != "1" else {}  # a factor on a strength has no unit
-    least = next((limits[which] for end, limits in ends.items() if key.endswith(end)), -math.inf)
-    most = next((limits[which] for end, limits in _MOST.items() if f"{table}.{key}".endswith(end)), math.inf)
-    return float(least), most
+    least, most = (
+        next((limits[which] for end, limits in bounds.items() if f"{table}.{key}".endswith(end)), none)
+        for bounds, none in ((ends, -math.inf), (_MOST, math.inf))
+    )
+    return float(least), float(most)
 
 
 def _shown(key: str, value: float, unit: str) -> str:
@@ -126,7 +130,7 @@ def _shown(key: str, value: float, unit: str) -> str:
 
 def _meant(path: str, value: float) -> str:
     """Suggested value for an implausible number."""
-    key = path.split(".")[-1]
+    table, key = path.split(".")[0], path.split(".")[-1]
     if key == "density":
         factor = 1e3 if value < 10.0 else 1e3 / 9.81 if value < 200.0 else 1 / 9.81
         return f"'{value * factor:.0f} kg/m3'"
@@ -134,4 +138,4 @@ def _meant(path: str, value: float) -> str:
         return f"{math.tan(math.radians(min(value, 89.0))):.2f}, the tangent of {value:g} degrees"
     if key.endswith("modulus") and value < 1e3:
         return f"'{value:g} GPa'"
-    return f"'{value:g} {next((unit for end, (*_, unit) in _LEAST.items() if key.endswith(end)), 'mm')}'"
+    return f"'{value:g} {next((unit for end, (*_, unit) in _LEAST.items() if f'{table}.{key}'.endswith(end)), 'mm')}'"

@@ -23,7 +23,7 @@ from damagepred.inputs.text import check_title
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
 from damagepred.scene.input_tables import profiles_in_metres, with_input_tables, with_roof_in_all
-from damagepred.scene.loading import Load, Loading, Support, check_loading
+from damagepred.scene.loading import Load, Loading, Support, check_loads, check_test
 from damagepred.scene.material_library import with_material
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
 from damagepred.scene.mound import Mound
@@ -192,9 +192,6 @@ class Scene:
             raise ValueError("suction: only read with [[soil_layer]]")
         if self.soil_layer and self.mound.shape == "tunnel":
             raise ValueError("soil_layer: clay gives no movement over a tunnel, leave it out")
-        names = step_names(self.soil_layer)
-        if twice := [name for name in names if names.count(name) > 1]:
-            raise ValueError(f"soil_layer: two layers have the name '{twice[0]}'; give each layer its own")
         if on_mound and (self.soil_layer or seasons is not None):
             if self.soil_layer:
                 movement = surface_movement(self.soil_layer, self.suction or Suction(), self.mound.suction_depth)
@@ -289,12 +286,21 @@ class Scene:
                 )
 
     def _test_fits(self) -> None:
-        """Check a laboratory test."""
-        if self.movement.shape != "loads":
-            for name in ("support", "load", "loading"):
+        """Check loads and a laboratory test."""
+        for key, what in (("soil_layer", "layers"), ("load", "loads")):
+            names = step_names(getattr(self, key))
+            if twice := [name for name in names if names.count(name) > 1]:
+                raise ValueError(f"{key}: two {what} have the name '{twice[0]}'; give each its own")
+        check_loads(self.load, self.opening, self.wall)
+        if (shape := self.movement.shape) != "loads":
+            for name in ("support", "loading"):
                 if getattr(self, name):
+                    raise ValueError(f"{name}: only read with movement.shape = 'loads'; here it is '{shape}'")
+            for number, load in enumerate(self.load, start=1):
+                if not load.sized:
                     raise ValueError(
-                        f"{name}: only read with movement.shape = 'loads'; here it is '{self.movement.shape}'"
+                        f"load {load.name or number}: has no size; give force, line_load, or pressure and breadth "
+                        f"(only movement.shape = 'loads', a test, has loads without a size; here it is '{shape}')"
                     )
             return
         if self.loading is None:
@@ -303,7 +309,7 @@ class Scene:
             raise ValueError("movement.shape = 'loads': a test has no footing and no [dynamics]; leave them out")
         if self.loading.control != "force" and self.solver.method == "explicit":
             raise ValueError(f"loading.control = '{self.loading.control}': the explicit solver takes 'force' only")
-        check_loading(self.support, self.load, self.wall.length, self.wall.height)
+        check_test(self.support, self.load, self.wall.length)
 
     def _slow_strains_fit(self) -> None:
         """Check strains of the bricks and creep of the joints against the movement."""

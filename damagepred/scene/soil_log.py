@@ -13,11 +13,10 @@ from pydantic import Field, model_validator
 from pydantic_core import ArgsKwargs
 
 from damagepred.errors import InputError
-from damagepred.scene.described import described
+from damagepred.scene.described import described, require_name
 from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.scene.site import of_climatic_zone, suction_depth
 
-_KEYS = ("thickness", "shrink_swell_index", "name")
 ZONES = tuple("123456")
 """Climatic zones of AS 2870, the wettest first."""
 
@@ -53,11 +52,7 @@ class SoilLayer:
 
     @model_validator(mode="after")
     def _is_named(self) -> SoilLayer:
-        if self.name is not None and (not self.name.replace("-", "_").isidentifier() or self.name in _KEYS):
-            raise ValueError(
-                f"name = '{self.name}': must be one word of letters, digits, - and _, no number and no key of the "
-                "layer, such as 'clay'"
-            )
+        require_name(self, "layer", "clay")
         return self
 
 

@@ -47,7 +47,9 @@ def what_moves(scene: Scene) -> str:
     elif movement.shape == "loads" and scene.loading is not None:
         control, target = scene.loading.control, scene.loading.target
         size = f"{target / 1e3:.4g} kN in all" if control == "force" else f"{_mm(target)} of {control}"
-        where = " and ".join(dict.fromkeys(f"{load.direction} the {load.side}" for load in scene.load))
+        where = " and ".join(
+            dict.fromkeys(f"{load.direction} the {load.side}" for load in scene.load if not load.sized)
+        )
         said = [f"{STILL}; loads {where} grow to {size}"]
     else:
         grounds = sorted((_ground(scene, factor) for factor in sides), key=lambda ground: -ground[0])

@@ -85,3 +85,18 @@ def test_still_ground_has_one_line(tmp_path: Any) -> None:
     assert [one.get_label() for one in ax.lines] == ["ground before"]
     assert save_scene_picture(described, tmp_path / "new").name == "scene.png"
     assert save_scene_picture(described, tmp_path / "house.svg").read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_loads_are_drawn_where_they_act_with_their_size() -> None:
+    loads = [
+        {"name": "floor", "line_load": 2e3, "y": 0.8},
+        {"name": "people", "kind": "live", "line_load": 1e3, "combination": 0.5, "end": 2.0},
+        {"force": 3e3, "at": 3.0},
+    ]
+    ax = drawn(load=loads, **TREE)
+    places = {text.get_text(): text.get_position() for text in ax.texts if "kN" in text.get_text()}
+    assert set(places) == {"floor 8 kN", "people 1 kN, live", "load 3 3 kN"}
+    assert places["floor 8 kN"][0] == pytest.approx(2.0)
+    assert 0.8 < places["floor 8 kN"][1] < 1.2 < places["people 1 kN, live"][1]
+    assert places["people 1 kN, live"][0] == pytest.approx(1.0)
+    assert places["load 3 3 kN"][0] == pytest.approx(3.0)
