@@ -33,6 +33,16 @@ class Sides(NamedTuple):
 NO_SIDES = Sides(np.empty((0, 4)), np.empty((0, 3)))
 
 
+def sides_of(bricks: Sequence[Brick], wall: Wall, beam: bool) -> Sides:
+    """Bricks and top of a wall that loads can act on; a beam on the wall takes those on its top."""
+    box = np.array([brick[:4] for brick in bricks])
+    if beam:
+        on_it = [0.0, wall.height, wall.length, wall.height + wall.block_height]
+        return Sides(np.vstack((box, on_it)), np.array([[len(bricks), 0.0, wall.length]]))
+    on_top = np.flatnonzero(box[:, 3] > wall.height * (1 - 1e-9))
+    return Sides(box, np.column_stack((on_top, box[on_top, 0], box[on_top, 2])))
+
+
 def add_supports(assembly: Assembly, supports: Sequence[Support], bricks: Sequence[Brick]) -> None:
     """Support the lowest course of a wall on strips."""
     for number, strip in enumerate(supports, start=1):

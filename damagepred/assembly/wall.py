@@ -42,6 +42,7 @@ from damagepred.assembly.loading import (
     bearing_joint,
     dead_loads,
     has_beam,
+    sides_of,
     under_loads,
 )
 from damagepred.assembly.mesh import default_zone_size
@@ -155,13 +156,7 @@ def _geometry(
     sides = zip(geometry.interfaces.block_a.tolist(), geometry.interfaces.block_b.tolist())
     control = np.array([numbers.get((min(pair), max(pair)), -1) for pair in sides], dtype=np.int64)
     jambs = _jambs(scene, bricks, geometry)
-    box = np.array([brick[:4] for brick in bricks])
-    on_top = np.flatnonzero(box[:, 3] > wall.height * (1 - 1e-9))
-    sides = Sides(box, np.column_stack((on_top, box[on_top, 0], box[on_top, 2])))
-    if beam:
-        on_it = [0.0, wall.height, wall.length, wall.height + wall.block_height]
-        sides = Sides(np.vstack((box, on_it)), np.array([[len(bricks), 0.0, wall.length]]))
-    return WallGeometry(geometry, tuple(bricks), jambs, footing, control, sides)
+    return WallGeometry(geometry, tuple(bricks), jambs, footing, control, sides_of(bricks, wall, beam))
 
 
 @lru_cache(maxsize=8)

@@ -106,13 +106,11 @@ def draw_test(ax: Axes, scene: Scene, force: float | None) -> None:
     shares = sum(load.share for load in strips)
     for load in strips:
         words = "" if force is None else _load(force * load.share / shares)
-        draw_load(ax, scene, load, words, [sum(strip_of(load, scene.wall)) / 2.0], ARROW * length, 0.2 * size)
+        draw_load(ax, scene, load, words, np.array([sum(strip_of(load, scene.wall)) / 2.0]), ARROW * length, 0.2 * size)
     ax.update_datalim([(0.0, -1.6 * size)])
 
 
-def draw_load(
-    ax: Axes, scene: Scene, load: Load, words: str, places: Sequence[float], reach: float, near: float
-) -> None:
+def draw_load(ax: Axes, scene: Scene, load: Load, words: str, places: FloatArray, reach: float, near: float) -> None:
     """Draw a load as arrows of some reach at places along its side, ``near`` the wall (m), with words."""
     length, height, gap = scene.wall.length, scene.wall.height, 0.3 * TRIANGLE * scene.wall.length
     out_x, out_y = {"top": (0.0, 1.0), "left": (-1.0, 0.0), "right": (1.0, 0.0)}[load.side]
