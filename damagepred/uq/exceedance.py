@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -186,15 +186,14 @@ class _Redistribution:
         """Weight of the walls still undamaged at each end, array (ends,); capacities are even in their intervals."""
         slope, exact = self.weight / self.length, self.upper == self.lower  # known exactly: damaged there
 
-        def total(by: FloatArray, side: Literal["left", "right"], *values: FloatArray) -> list[FloatArray]:
+        def total(by: FloatArray, *values: FloatArray) -> list[FloatArray]:
             order = np.argsort(by, kind="stable")
-            upto = np.searchsorted(by[order], self.ends, side=side)
+            upto = np.searchsorted(by[order], self.ends)
             return [np.append(0.0, np.cumsum(value[order]))[upto] for value in values]
 
-        passed, begun, rise = total(
-            np.where(exact, np.nextafter(self.lower, -np.inf), self.lower), "left", self.weight, slope, slope * self.end
-        )
-        over, fall = total(self.end, "right", slope, slope * self.end)
+        begins = np.where(exact, np.nextafter(self.lower, -np.inf), self.lower)
+        passed, begun, rise = total(begins, self.weight, slope, slope * self.end)
+        over, fall = total(self.end, slope, slope * self.end)
         return self.weight.sum() - passed + np.maximum(rise - fall - self.ends * (begun - over), 0.0)
 
     def pseudo_values(self, movement: float, prior: float = 0.0) -> tuple[FloatArray, float, FloatArray]:
