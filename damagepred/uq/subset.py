@@ -168,17 +168,16 @@ def _mean_of_runs(estimates: list[SubsetEstimate]) -> SubsetEstimate:
     mean, count = float(each.mean()), len(estimates)
     stated = np.array([estimate.variation for estimate in estimates]) * each
     error = max(float(each.std(ddof=1)) / np.sqrt(count), float(np.sqrt((stated**2).sum())) / count)
-    variation = error / mean if mean > 0 else np.inf
+    variation = error / mean
     reached = all(estimate.reached for estimate in estimates)
     spread = student_factor(last.confidence, count - 1) * np.sqrt(np.log1p(variation**2))
-    bounded = reached and np.isfinite(spread)
     return last._replace(
         probability=mean,
         variation=variation,
         reached=reached,
         runs=tuple(each.tolist()),
-        lower=mean * float(np.exp(-spread)) if bounded else 0.0,
-        upper=min(mean * float(np.exp(spread)), 1.0) if bounded else max(estimate.upper for estimate in estimates),
+        lower=mean * float(np.exp(-spread)) if reached else 0.0,
+        upper=min(mean * float(np.exp(spread)), 1.0) if reached else max(estimate.upper for estimate in estimates),
     )
 
 
@@ -246,8 +245,8 @@ def _sample_level(
 
 def _variation(reached: BoolArray, share: float, chains: int) -> float:
     """Coefficient of variation of a share, with the correlation along chains (Au and Beck 2001, eq. 29)."""
-    if share in (0.0, 1.0):
-        return np.inf if share == 0.0 else 0.0
+    if share == 1.0:
+        return 0.0
     hits = reached.reshape(-1, chains).astype(np.float64)
     length = len(hits)
     variance = share * (1 - share)
@@ -267,7 +266,7 @@ def _estimate(
     factor = normal_factor(confidence)
     if len(levels) == 1 and reached:
         lower, upper = wilson(probability, len(g), factor)
-    elif not np.isfinite(variation) or not reached:
+    elif not reached:
         lower, upper = 0.0, min(probability * (1 + 10 * factor * min(variation, 1.0)), 1.0)
     else:
         spread = factor * np.sqrt(np.log1p(variation**2))
