@@ -226,7 +226,8 @@ def test_levels_are_those_of_the_evaluations_behind_them() -> None:
     assert second.acceptance == pytest.approx((np.array(margins[100:180]) <= first.limit).mean())
     assert third.acceptance == pytest.approx((np.array(margins[180:260]) <= second.limit).mean())
     assert found.evaluations == len(margins) == 100 + 80 * (len(found.levels) - 1)
-    assert found.levels[-1].limit == 0.0 and found.reached
+    assert found.levels[-1].limit == 0.0
+    assert found.reached
     assert found.probability == pytest.approx(np.prod([level.share for level in found.levels]))
     assert found.variation == pytest.approx(math.sqrt(sum(level.variation**2 for level in found.levels)))
     spread = special.ndtri(0.95) * math.sqrt(math.log1p(found.variation**2))
@@ -310,7 +311,8 @@ def test_rounds_of_the_cheapest_safe_alternative() -> None:
     assert (found.chosen, found.sure) == (1, True)
     assert (found.meets.tolist(), found.fails.tolist()) == ([False, True, False], [True, False, True])
     assert found.mean.tolist() == pytest.approx([0.9, 0.0, 0.5])
-    assert said == [(50, 3)] and asked == [(0, 50), (1, 50), (2, 50)]
+    assert said == [(50, 3)]
+    assert asked == [(0, 50), (1, 50), (2, 50)]
     error = 0.05 / (3 * 3)
     for k in range(3):
         assert (found.lower[k], found.upper[k]) == pytest.approx(hoeffding_bounds(chance[k], 50, error))
@@ -338,7 +340,8 @@ def test_the_least_expected_cost_by_pairs_of_samples() -> None:
     assert (alike.sure, alike.fails.any(), alike.samples.tolist()) == (False, False, [400, 400])
     assert alike.regret == pytest.approx(-bound)
     enough = select_least_expected(np.zeros(2), lambda k, n: loss[:n], 100.0, options, tolerance=1.01 * -bound)
-    assert enough.sure and enough.meets.tolist() == [True, False]
+    assert enough.sure
+    assert enough.meets.tolist() == [True, False]
 
 
 # -- sensitivity -------------------------------------------------------------------------------------------------------
@@ -383,12 +386,19 @@ def test_limits_of_cracks_and_which_contain_which() -> None:
     assert CrackObservation(wider_than=1e-3).limits == (1e-3, np.inf)
     assert CrackObservation(narrower_than=1e-3).limits == (-np.inf, 1e-3)
     near, far = crack(x=1.0, y=1.0, within=0.2), crack(x=1.3, y=1.4, within=0.7)
-    assert far.contains(near) and not near.contains(far)  # 0.5 m apart, just inside
+    assert far.contains(near)
+    assert not near.contains(far)
     assert not crack(x=1.3, y=1.4, within=0.69).contains(near)
-    assert crack().contains(near) and crack().contains(crack()) and not near.contains(crack())
+    assert crack().contains(near)
+    assert crack().contains(crack())
+    assert not near.contains(crack())
     steep, below = crack(x=1.0, y=1.0, within=0.2, direction="vertical"), crack(part="dpc")
-    assert near.contains(steep) and not steep.contains(near) and steep.contains(steep)
-    assert not below.contains(near) and not crack().contains(below) and below.contains(below)
+    assert near.contains(steep)
+    assert not steep.contains(near)
+    assert steep.contains(steep)
+    assert not below.contains(near)
+    assert not crack().contains(below)
+    assert below.contains(below)
 
 
 def test_the_vague_likelihood_is_the_product_of_its_terms() -> None:

@@ -140,7 +140,8 @@ def test_bands_of_an_empirical_curve_are_wilson_s_for_the_variance_of_resamples(
     assert (float(one["median_lower"]), float(one["median_upper"])) == (6.0, 8.0)
     assert (float(one["resamples_fitted"]), str(one["fit_status"].values)) == (1.0, "empirical")
     assert [int(one[n]) for n in ("reached", "not_reached", "failed")] == [50, 0, 0]
-    assert "dispersion" in one and np.isnan(one["dispersion"])
+    assert "dispersion" in one
+    assert np.isnan(one["dispersion"])
 
 
 def test_bounds_of_failed_walls_of_an_empirical_curve() -> None:
@@ -231,7 +232,8 @@ def test_every_column_of_a_comparison() -> None:
     for s in ("better", "else"):
         part = found.sel(study=s)
         assert (part["probability_lower"] <= part["probability"]).all()
-        assert (part["difference_lower"] >= -1).all() and (part["difference_upper"] <= 1).all()
+        assert (part["difference_lower"] >= -1).all()
+        assert (part["difference_upper"] <= 1).all()
     limits = [wilson(3 / 9, 9), wilson(float(found["probability"][1, 0, 5]), 9)]
     assert float(found["probability_lower"][1, 0, 5]) == pytest.approx(limits[1][0], abs=1e-9)
     assert float(found["probability_upper"][1, 0, 5]) == pytest.approx(limits[1][1], abs=1e-9)
