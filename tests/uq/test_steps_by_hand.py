@@ -54,7 +54,7 @@ def test_categories_by_name_and_their_highest_number() -> None:
     assert [category_number(study, name) for name in ("sound", "very slight", "very_slight", 2)] == [0, 1, 1, 2]
     assert [category_number(curves, name) for name in ("thin", "very_wide")] == [1, 3]
     assert category_number(xr.Dataset(coords={"category": ("category", [0, 1], flags)}), "very slight") == 1
-    with pytest.raises(InputError, match="category = 'slihgt': must be one of sound, very slight, slight. Did you"):
+    with pytest.raises(InputError, match=r"category = 'slihgt': must be one of sound, very slight, slight\. Did you"):
         category_number(study, "slihgt")
     assert [highest_category(ds) for ds in (study, study.assign_attrs(highest_category=7), curves)] == [2, 7, 4]
     require_categories(study, [1, 2])
@@ -487,10 +487,10 @@ def test_places_off_the_wall_and_in_openings_are_refused_at_their_edges() -> Non
         with pytest.raises(InputError, match=f"crack 1: .*{words}"):
             Observations(crack=(CrackObservation(x=x, y=y, none=True),)).require_on(scene, "a")
     level = LevelObservation(x=0.5, y=0.0, to_x=4.0, to_y=-0.1, difference=1e-3)
-    with pytest.raises(InputError, match="level 1: to_y = -0.1 m lies off"):
+    with pytest.raises(InputError, match=r"level 1: to_y = -0\.1 m lies off"):
         Observations(level=(level,)).require_on(scene, "a")
     window = WindowObservation(opening=3, sticks=False)
-    with pytest.raises(InputError, match="window 1: opening = 3: the wall of a, .* has openings 1 to 2"):
+    with pytest.raises(InputError, match=r"window 1: opening = 3: the wall of a, .* has openings 1 to 2"):
         Observations(window=(window,)).require_on(scene, "a")
     below = Observations(crack=(CrackObservation(part="below_dpc", none=True),))
     below.require_on(scene, "a")
