@@ -37,7 +37,7 @@ from damagepred.plotting.sheet import (
 from damagepred.results.tables import DOUBTFUL
 from damagepred.scene.site import site_classes
 from damagepred.uq.fragility.describe import median_lower_bound
-from damagepred.uq.fragility.fit import EXTRAPOLATED, WITH_CURVE
+from damagepred.uq.fragility.fit import WITH_CURVE
 from damagepred.uq.intensity import OF_SITE, movement_words
 
 EMPIRICAL = "empirical"
@@ -175,16 +175,19 @@ _OTHER_UNITS = {"m-1": "1/m", "year": "years"}
 
 
 def _parameters(curve: xr.Dataset, largest: float, scale: float, in_metres: bool) -> str:
-    beyond = str(curve["fit_status"].item()) == EXTRAPOLATED
-    median = (median_lower_bound(curve) if beyond else float(curve["median"])) * scale
+    """Median and dispersion in words; of a median beyond the walls' movements its lower bound."""
+    unit = _OTHER_UNITS.get(str(curve["intensity"].attrs.get("units")))
+
+    def shown(value: float) -> str:
+        return f"{value:.3g} {unit}" if unit else f"{plain_number(value)} mm" if in_metres else ratio(value)
+
+    bound, median = median_lower_bound(curve) * scale, float(curve["median"]) * scale
+    if np.isfinite(bound) or median > largest:
+        return f"median beyond {shown(bound if np.isfinite(bound) else largest)}, to which walls were moved"
     if not np.isfinite(median):
         return "fewer than half of the walls reached it"
-    unit = _OTHER_UNITS.get(str(curve["intensity"].attrs.get("units")))
-    shown = f"{median:.3g} {unit}" if unit else f"{plain_number(median)} mm" if in_metres else ratio(median)
-    if beyond or median > largest:
-        return f"median beyond {plain_number(largest) + ' mm' if in_metres else shown}, to which walls were moved"
     scatter = float(curve["dispersion"])
-    return f"median {shown}" + (f", dispersion {scatter:.2f}" if np.isfinite(scatter) else "")
+    return f"median {shown(median)}" + (f", dispersion {scatter:.2f}" if np.isfinite(scatter) else "")
 
 
 def _mark_ranges(ax: Axes, marks: Mapping[str, tuple[float, float]], scale: float) -> list[Artist]:

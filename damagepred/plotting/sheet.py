@@ -232,7 +232,7 @@ def say_nothing_to_draw(ax: Axes, reason: str) -> None:
 
 def plain_number(value: float) -> str:
     """Text of a number to three figures, without an exponent."""
-    return f"{float(f'{value:.3g}'):.10f}".rstrip("0").rstrip(".")
+    return f"{float(f'{value:.3g}'):z.10f}".rstrip("0").rstrip(".")
 
 
 def round_numbers(decades: int) -> FloatArray:

@@ -99,7 +99,7 @@ def test_import_of_the_package_leaves_matplotlib_alone():
 
 
 @pytest.mark.parametrize(
-    ("value", "shown"), [(8.0, "8"), (0.1, "0.1"), (12.345, "12.3"), (1234.0, "1230"), (0.0, "0"), (5e-5, "0.00005")]
+    ("value", "shown"), [(8.0, "8"), (0.1, "0.1"), (12.345, "12.3"), (1234.0, "1230"), (-1e-12, "0"), (5e-5, "0.00005")]
 )
 def test_numbers_are_plain(value, shown):
     assert plain_number(value) == shown
