@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 from matplotlib.table import Table
 from matplotlib.text import Annotation, Text
 
-NUMBER = re.compile(r"(?<![\w#.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?(?!\w)")
+from tests.recorded import data, number
 
 
 def inventory(figure: Figure) -> list[str]:
@@ -34,30 +34,6 @@ def inventory(figure: Figure) -> list[str]:
                 *of_axes(inset),
             ]
     return lines
-
-
-def alike(line: str, recorded: str) -> bool:
-    """Whether two lines have the same words, and numbers that differ in their last digit at most."""
-    if NUMBER.sub("", line) != NUMBER.sub("", recorded):
-        return False
-    new, old = (np.array([float(n) for n in NUMBER.findall(text)]) for text in (line, recorded))
-    return len(new) == len(old) and bool(np.allclose(new, old, rtol=2e-3, atol=2e-9))
-
-
-def number(values: Any) -> str:
-    """Numbers to four figures."""
-    return " ".join(f"{v + 0.0:.4g}" for v in np.ravel(values).astype(float))
-
-
-def data(values: Any) -> str:
-    """Few numbers as they are; of many the shape, ends, mean, and a mean that depends on their order."""
-    values = np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)
-    if values.size <= 6:
-        return f"[{number(values)}]"
-    known = values[np.isfinite(values)]
-    order = np.nan_to_num(values.ravel(), posinf=9.0) @ np.cos(np.arange(values.size)) / values.size
-    shape, ends = "x".join(map(str, values.shape)), (known.min(initial=np.inf), known.max(initial=-np.inf))
-    return f"[{shape}: {number(ends)}; {number(known.mean() if known.size else np.nan)} {number(round(order, 9))}]"
 
 
 def colours(values: Any) -> str:

@@ -1,7 +1,4 @@
-"""Whole pictures of invented results, artist by artist, against the lists in ``pictures/``.
-
-A list that is missing is written, and its test fails once: look at the picture before the list is committed.
-"""
+"""Whole pictures of invented results, artist by artist, against the lists in ``pictures/`` (see ``tests.recorded``)."""
 
 from __future__ import annotations
 
@@ -24,7 +21,8 @@ from damagepred.plotting.cracks import cracks_sheet
 from damagepred.plotting.pictures import half_way, stress_sheet, stress_sheets
 from damagepred.plotting.sheet import figure_of
 from damagepred.scene import Scene
-from tests.plotting.inventory import alike, inventory
+from tests.plotting.inventory import inventory
+from tests.recorded import check
 
 LISTS = Path(__file__).parent / "pictures"
 
@@ -354,13 +352,4 @@ def test_a_picture_is_its_list(name: str, request: pytest.FixtureRequest) -> Non
     drawn = draw(ds)
     drawn = drawn[0] if isinstance(drawn, list) else drawn
     figure = drawn if isinstance(drawn, Figure) else figure_of(drawn)
-    lines = "\n".join(inventory(figure)).splitlines()
-    file = LISTS / f"{name}.txt"
-    if not file.exists():
-        file.parent.mkdir(exist_ok=True)
-        file.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        pytest.fail(f"{file.name} is written: look at the picture, and commit it")
-    recorded = file.read_text(encoding="utf-8").splitlines()
-    changed = [f"- {old}\n+ {new}" for new, old in zip(lines, recorded) if not alike(new, old)]
-    assert not changed, "\n".join(changed)
-    assert len(lines) == len(recorded)
+    check(LISTS / f"{name}.txt", "\n".join(inventory(figure)).splitlines())
