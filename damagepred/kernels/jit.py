@@ -14,7 +14,7 @@ from typing import Any
 import numba
 import numba.experimental.function_type
 from numba import config, types
-from numba.extending import register_jitable
+from numba.extending import register_jitable, typeof_impl
 
 from damagepred.kernels.cache_folder import cache_folder
 from damagepred.kernels.process_cache import ProcessCache
@@ -71,6 +71,7 @@ class Phase(types.WrapperAddressProtocol):  # type: ignore[misc]
 
     def __init__(self, function: Callable[..., Any], signature: Any) -> None:
         self.function, self._signature, self._compiled = function, signature, None
+        self.kind = types.FunctionType(signature)
         self.signatures: list[Any] = []
         counted(self, function.__module__)
 
@@ -90,6 +91,12 @@ class Phase(types.WrapperAddressProtocol):  # type: ignore[misc]
         if not config.DISABLE_JIT:
             raise TypeError(f"{self.function.__name__} is called by kernels, as the field of a structure")
         return self.function(*arguments)
+
+
+@typeof_impl.register(Phase)
+def _(function: Phase, _context: Any) -> Any:
+    """Type of a function, which numba otherwise makes at each call."""
+    return function.kind
 
 
 def phase(signature: Any) -> Callable[[Callable[..., Any]], Phase]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import cache
 from typing import Protocol
 
 from damagepred.errors import InputError
@@ -113,6 +114,7 @@ def require_possible(scene: Numbered, means: Mapping[str, float], source: str) -
         raise InputError("\n".join(sentences))
 
 
+@cache
 def _limits(path: str, unit: str, which: int) -> tuple[float, float]:
     """Least and largest value of a number: 0 possible, 1 likely."""
     table, key = path.split(".")[0], path.split(".")[-1]

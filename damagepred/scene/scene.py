@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property, reduce
+from functools import cache, cached_property, reduce
 from itertools import combinations
 from math import floor
 from pathlib import Path
@@ -583,6 +583,7 @@ class Scene:
         return steps
 
     @staticmethod
+    @cache
     def unit_of(place: str) -> str:
         """SI unit of a number by its key, ``"1"`` for a pure number."""
         from damagepred.scene.reading import unit_of

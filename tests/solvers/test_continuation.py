@@ -131,9 +131,9 @@ def test_bond_loads_are_those_of_the_present_state(law: dict, monkeypatch: pytes
 
     def largest_bond_load(self: Equilibrium, state: State) -> float:
         heaviest, kept = original(self, state), self.bond_load.copy()
-        history, everything = self._history_of(state), self._all_interfaces
+        inside, everything = self._in_state(state), self._all_interfaces
         u, load = state.displacement, self.bond_load
-        assert heaviest == fill_bond_loads(self.components, *history, everything, u, load)
+        assert heaviest == fill_bond_loads(self.components, inside, everything, u, load)
         np.testing.assert_array_equal(kept, self.bond_load)
         original(self, state)
         condensed.append(len(self.equations.active.condensed_interfaces))

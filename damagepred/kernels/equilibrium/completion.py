@@ -19,12 +19,12 @@ class Completed(NamedTuple):
 
 
 @kernel
-def store_tangent(wall, state, ground_ahead, support_step, displacement):
+def store_tangent(wall, state, support_step, displacement):
     """Store the tangents of the active interfaces, and the force of the joints per load factor, at an equilibrium.
 
     Where ground and supports move, or live load acts in deformable blocks, the rate of the force is a forward
-    difference: ``ground_ahead`` and ``support_step`` are the ground, and the movement of the prescribed degrees of
-    freedom, a small step of the load factor ahead.
+    difference: ``state.other_ground`` and ``support_step`` are the ground, and the movement of the prescribed degrees
+    of freedom, a small step of the load factor ahead.
     """
     stiffness, tangent, listed, components = wall.stiffness, wall.tangent, wall.interfaces.moving, wall.components
     for i in wall.interfaces.active:
@@ -42,7 +42,7 @@ def store_tangent(wall, state, ground_ahead, support_step, displacement):
     for i in range(prescribed.size):
         moved[prescribed[i]] += support_step[i]
     ahead = state.live + wall.rate_step
-    internal_forces(components, state, ground_ahead, ahead, listed, True, False, moved, rate, stiffness)
+    internal_forces(components, state, state.other_ground, ahead, listed, True, False, moved, rate, stiffness)
     for i in range(rate.size):
         rate[i] /= wall.rate_step
 

@@ -66,9 +66,9 @@ def add_internal_forces(components, state, listed, coulomb, displacement, force,
 
 
 @kernel
-def fill_bond_loads(components, history, ground, listed, displacement, load):
+def fill_bond_loads(components, state, listed, displacement, load):
     """Fill the loads of the bonds of listed interfaces; the largest."""
-    return components.law.bond_loads(components.joints, history, ground, listed, displacement, load)
+    return components.law.bond_loads(components.joints, state.history, state.ground, listed, displacement, load)
 
 
 @law
@@ -85,15 +85,15 @@ def add_section_forces(sections, memory, joints, displacement, force, stiffness,
 
 
 @kernel
-def fill_section_values(footing, memory, joints, displacement, force, stiffness, values):
+def fill_section_values(footing, state, joints, displacement, force, stiffness, values):
     """Fill the values of all sections; force and tangents are room."""
-    footing.add_forces(footing.sections, memory, joints, displacement, force, stiffness, values)
+    footing.add_forces(footing.sections, state.sections, joints, displacement, force, stiffness, values)
 
 
 @kernel
-def commit_section_history(footing, memory, joints, displacement):
+def commit_section_history(footing, state, joints, displacement):
     """Commit the history variables of all sections at an equilibrium."""
-    commit_sections(footing.sections, memory, _interfaces_of(joints), displacement)
+    commit_sections(footing.sections, state.sections, _interfaces_of(joints), displacement)
 
 
 class JointSteps:
@@ -161,36 +161,38 @@ class JointSteps:
             )[1]
 
         @kernel
-        def update_tresca_bounds(joints, history, ground, bounds, listed, displacement, relaxation):
+        def update_tresca_bounds(joints, state, bounds, listed, displacement, relaxation):
             """Move the bounds of the Tresca problem by a share of the way to Coulomb's limits."""
             interfaces, properties, options = _law_of(joints, general, elastic)
             tresca = bounds.bound, bounds.dilatant_opening, bounds.kappa
+            ground, history = state.ground, state.history
             internal_force.update_tresca_bounds(
                 listed, interfaces, properties, options, ground, history, displacement, tresca, relaxation
             )
 
         @kernel
-        def contact_stresses(joints, history, ground, displacement, opening, normal_stress, shear_stress):
+        def contact_stresses(joints, state, displacement, opening, normal_stress, shear_stress):
             """Fill opening (m), normal and shear stress (Pa) of all contacts."""
             interfaces, properties, options = _law_of(joints, general, elastic)
+            ground, history = state.ground, state.history
             internal_force.contact_stresses(
                 interfaces, properties, options, ground, history, displacement, opening, normal_stress, shear_stress
             )
 
         @kernel
-        def commit_history(joints, history, ground, listed, displacement, never_opened, force_normal, force_shear):
+        def commit_history(joints, state, listed, displacement, never_opened, force_normal, force_shear):
             """Commit the history; dissipation by friction, crushing and mode I, stored and softening energy (J)."""
             interfaces, properties, options = _law_of(joints, general, elastic)
-            on_ground = _OnGround(force_normal, force_shear)
+            on_ground, ground, history = _OnGround(force_normal, force_shear), state.ground, state.history
             return commit.commit_joint_history(
                 listed, interfaces, properties, options, ground, history, displacement, never_opened, on_ground
             )
 
         @kernel
-        def law_violation(joints, history, normal_stress, shear_stress):
+        def law_violation(joints, state, normal_stress, shear_stress):
             """Largest stress by which contacts violate the joint law (Pa)."""
             return checks.joint_law_violation_of(
-                general, joints.properties, history.cracked, history.kappa, normal_stress, shear_stress
+                general, joints.properties, state.history.cracked, state.history.kappa, normal_stress, shear_stress
             )
 
         self.add_forces, self.bond_loads, self.check_elastic = add_forces, bond_loads, check_elastic

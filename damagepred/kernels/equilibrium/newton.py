@@ -125,7 +125,7 @@ def newton_with_line_search(steps, wall, state, jack, start, best):
 
 
 @kernel
-def run_newton(steps, wall, state, ground_ahead, support_step, jack, start, best, searching):
+def run_newton(steps, wall, state, support_step, jack, start, best, searching):
     """Newton's method on a wall, with line search or with backtracking, from ``start``; fills the best iterate.
 
     Returns unbalanced force ratio and load of the jacks there, and if it is an equilibrium, whose tangent is stored,
@@ -137,5 +137,5 @@ def run_newton(steps, wall, state, ground_ahead, support_step, jack, start, best
         ratio, jack = newton(steps, wall, state, jack, start, best)
     if not ratio < wall.parameters[0].tolerance:
         return ratio, jack, Completed(False, 0, 0.0, 0.0)
-    store_tangent(wall, state, ground_ahead, support_step, best)
+    store_tangent(wall, state, support_step, best)
     return ratio, jack, complete(wall, state, best)

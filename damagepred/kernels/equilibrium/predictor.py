@@ -43,11 +43,11 @@ def interpolate_event(bonds, components, history, ground, listed, displacement, 
 
 
 @kernel
-def predict(steps, wall, state, ground, increment, prescribed_ahead, start, ahead, bonds_of_all, aim):
+def predict(steps, wall, state, increment, prescribed_ahead, start, ahead, bonds_of_all, aim):
     """Predict displacements ``ahead`` with the last tangent, and the next event (sequentially linear; Rots 2001).
 
-    ``state`` is at the end of the step, ``ground`` at its start; ``increment`` is the load's increment. Supports move
-    to ``prescribed_ahead``. Returns whether displacements are below the limit, and the share of the step to the next
+    ``state`` is at the end of the step, its other ground at the start; ``increment`` is the load's increment. Supports
+    move to ``prescribed_ahead``. Returns whether displacements are below the limit, and the share of the step to the next
     event in active interfaces, or in all.
     """
     freedoms, interfaces, components, step = wall.freedoms, wall.interfaces, wall.components, wall.room[0]
@@ -64,4 +64,4 @@ def predict(steps, wall, state, ground, increment, prescribed_ahead, start, ahea
         joints, bonds = components.joints, wall.bonds
         components.law.bond_loads(joints, state.history, state.ground, interfaces.active, ahead, bonds.load)
     listed = interfaces.all if bonds_of_all else interfaces.active
-    return True, interpolate_event(wall.bonds, components, state.history, ground, listed, start, aim)
+    return True, interpolate_event(wall.bonds, components, state.history, state.other_ground, listed, start, aim)

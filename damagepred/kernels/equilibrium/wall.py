@@ -5,6 +5,7 @@ from numba import from_dtype, types
 
 from damagepred.kernels.concrete_section.structures import SectionMemory, Sections
 from damagepred.kernels.interface.kinematics import EDGE
+from damagepred.kernels.jit import kernel
 from damagepred.kernels.joint.parameters import JOINT_PARAMETERS
 from damagepred.kernels.linear.condensation import Condensation
 from damagepred.kernels.linear.solver import SOLVE_TANGENT, Solver
@@ -191,10 +192,12 @@ class Wall(Structure):
 
 
 class State(Structure):
-    """Loads and history of a state."""
+    """Loads and history of a state; ``fill_state`` puts another state in its place."""
 
     history = History.kind
     ground = Ground.kind
+    other_ground = Ground.kind
+    """Ground at the other end of a step: a small step ahead, or at the start of a predicted one."""
     sections = SectionMemory.kind
     plastic = FLOAT_ROWS
     """Plastic strain of the zones (z, 4)."""
@@ -207,3 +210,50 @@ class State(Structure):
     """Deflection at the jacks (m), NaN where their load is given."""
     limit = types.float64
     """Displacement beyond which no equilibrium is sought (m)."""
+
+
+@kernel
+def fill_state(
+    state,
+    slip,
+    dilatant_opening,
+    cracked,
+    kappa,
+    normal,
+    shear,
+    other_normal,
+    other_shear,
+    section_cracks,
+    section_strain,
+    plastic,
+    external,
+    load,
+    live,
+    deflection,
+    limit,
+):
+    """Fill a state, once made, with the arrays of another one: far faster than making structures at each step."""
+    history, sections = state.history, state.sections
+    history.slip, history.dilatant_opening, history.cracked, history.kappa = slip, dilatant_opening, cracked, kappa
+    state.ground.normal, state.ground.shear = normal, shear
+    state.other_ground.normal, state.other_ground.shear = other_normal, other_shear
+    sections.cracked, sections.plastic = section_cracks, section_strain
+    state.plastic, state.external, state.load, state.live = plastic, external, load, live
+    state.deflection, state.limit = deflection, limit
+
+
+def empty_state() -> State:
+    """State for ``fill_state``."""
+    made: State = State(
+        history=History.empty(),
+        ground=Ground.empty(),
+        other_ground=Ground.empty(),
+        sections=SectionMemory.empty(),
+        plastic=np.empty((0, 4)),
+        external=np.empty(0),
+        load=0.0,
+        live=0.0,
+        deflection=0.0,
+        limit=0.0,
+    )
+    return made

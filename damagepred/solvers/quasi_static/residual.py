@@ -11,7 +11,7 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
-from damagepred.kernels.concrete_section.structures import SectionMemory, Sections, Wires
+from damagepred.kernels.concrete_section.structures import Sections, Wires
 from damagepred.kernels.equilibrium.completion import Completed, complete, store_tangent
 from damagepred.kernels.equilibrium.joints import (
     add_internal_forces,
@@ -30,14 +30,14 @@ from damagepred.kernels.equilibrium.wall import (
     Bonds,
     Components,
     Freedoms,
-    History,
     Interfaces,
     Joints,
     SectionLaw,
     TrescaBounds,
     Wall,
+    empty_state,
+    fill_state,
 )
-from damagepred.kernels.equilibrium.wall import Ground as WallGround
 from damagepred.kernels.equilibrium.wall import State as WallState
 from damagepred.kernels.interface.residual import within_limit
 from damagepred.kernels.joint.limits import NO_LIMIT
@@ -70,6 +70,15 @@ def _steps() -> Steps:
     return made
 
 
+FLOAT, FLAG = np.dtype(np.float64), np.dtype(np.bool_)
+
+
+def _require(name: str, array: np.ndarray, kind: np.dtype, shape: tuple[int, ...]) -> None:
+    """Refuse an array of another wall or type: kernels check nothing."""
+    if array.shape != shape or array.dtype != kind or not array.flags.c_contiguous:
+        raise ValueError(f"{name} must be a contiguous array of {kind} {shape}, not {array.dtype} {array.shape}")
+
+
 class ExternalLoad:
     """Dead and live load at the load factors of a state, with the load of condensed fronts, without jacks."""
 
@@ -90,39 +99,11 @@ class ExternalLoad:
         return self._force
 
 
-class _Structures:
-    """Structures of the last histories and grounds for kernels; most steps use the same ones again.
+class _Supports(NamedTuple):
+    """Interfaces of supported blocks and of the ground, and whether a support moves."""
 
-    The key is a tuple, which keeps its arrays; structures share these arrays, so their content is always the tuple's.
-    """
-
-    def __init__(self) -> None:
-        self._histories: tuple[tuple[JointHistory, History], ...] = ()
-        self._grounds: tuple[tuple[Ground, WallGround], ...] = ()
-        self._no_sections = SectionMemory.empty()
-
-    def history(self, history: JointHistory) -> History:
-        """Return the structure of the arrays of a history."""
-        for known, made in self._histories:
-            if known is history:
-                return made
-        made = History(**history._asdict())
-        self._histories = ((history, made), *self._histories[:1])
-        return made
-
-    def ground(self, ground: Ground) -> WallGround:
-        """Return the structure of a state of the ground."""
-        for known, made in self._grounds:
-            if known is ground:
-                return made
-        made = WallGround(normal=ground.normal, shear=ground.shear)
-        self._grounds = ((ground, made), *self._grounds[:2])
-        return made
-
-    def sections(self, state: State) -> SectionMemory:
-        """Return the structure of the history of a footing's sections."""
-        none = len(state.sections.cracked) == 0
-        return self._no_sections if none else SectionMemory(**state.sections._asdict())
+    interfaces: IntArray
+    move: bool
 
 
 class Residual:
@@ -136,7 +117,8 @@ class Residual:
         if model.mesh is not None:
             self.superelements = Superelements(self.system, options.newton.interior_tolerance)
             loads = self.superelements.condensed_loads[0], self.superelements.condensed_loads[1]
-        self.loads, self._structures = ExternalLoad(*loads), _Structures()
+        self.loads, self._inside = ExternalLoad(*loads), empty_state()
+        self._checked: JointHistory | None = None
         self._completed = Completed(True, 0, 0.0, 0.0)
         rest, supports = State.rest(model), model.supports
         self._make_components()
@@ -164,8 +146,8 @@ class Residual:
         if model.is_strained:
             self._never_condensed[:] = True
         self._detachment_limit = float(np.abs(supports.start).max(initial=0.0)), DetachmentLimit.of(model)
-        self._make_wall()
-        self._arrays["stiffness"][:] = elastic
+        self.change_model(model)
+        self._lasting["stiffness"][:] = elastic
         self.store_tangent(rest, rest.displacement)
 
     @property
@@ -181,7 +163,7 @@ class Residual:
     @property
     def bond_load(self) -> FloatArray:
         """Loads of all bonds (m, q), 1 at the strength."""
-        load: FloatArray = self.bonds.load
+        load: FloatArray = self._lasting["bonds"].load
         return load
 
     @property
@@ -197,7 +179,7 @@ class Residual:
     @property
     def supports_move(self) -> bool:
         """Whether a support moves."""
-        return bool(self.model.supports.prescribed_displacement.any())
+        return self._supports.move
 
     @property
     def has_potential(self) -> bool:
@@ -214,7 +196,11 @@ class Residual:
 
     def change_model(self, model: Model) -> None:
         """Continue with other supports of the same stiffness."""
-        self.model = model
+        self.model, listed = model, self._all_interfaces
+        if self.superelements is None:
+            held = self.system.block_of_dof[model.supports.prescribed]
+            listed = np.flatnonzero(self._are_on(np.append(held, model.n_blocks)))
+        self._supports = _Supports(self._jointed(listed), bool(model.supports.prescribed_displacement.any()))
         self._make_wall()
 
     @property
@@ -258,7 +244,7 @@ class Residual:
             footing=footing,
             blocks=BlockLaw.empty() if self.superelements is None else self.superelements.law,
         )
-        self.bonds = Bonds(
+        bonds = Bonds(
             load=np.zeros(shape),
             load_at_start=np.zeros(shape),
             slides=np.zeros(shape[0], dtype=np.bool_),
@@ -268,7 +254,9 @@ class Residual:
             weak_bond_overload=options.weak_bond_overload,
         )
         size, count = model.size, shape[0]
-        self._arrays: dict[str, Any] = {
+        self._lasting: dict[str, Any] = {
+            "components": self.components,
+            "bonds": bonds,
             "parameters": _parameters_of(self.options, self.tolerance),
             "stiffness": np.zeros((count, 9)),
             "tangent": np.zeros((count, 9)),
@@ -300,9 +288,9 @@ class Residual:
 
     def _elastic_stiffness(self, rest: State) -> FloatArray:
         """Return the stiffness of the interfaces of the unloaded wall (m, 9)."""
-        stiffness: FloatArray = self._arrays["stiffness"]
+        stiffness: FloatArray = self._lasting["stiffness"]
         listed, force = self._jointed(self._all_interfaces), np.zeros(self.model.size)
-        inside = self._structure_of(rest, None)
+        inside = self._filled(rest, force)
         add_internal_forces(self.components, inside, listed, False, rest.displacement, force, stiffness)
         stiffness[self.model.properties.gap > 0.0] = 0.0  # until it closes
         return stiffness.copy()
@@ -315,8 +303,6 @@ class Residual:
             self.superelements.set_condensed(~active)
         condensation, moving, part = equations.condensation, self._moving, equations.active
         self.wall = Wall(
-            components=self.components,
-            bonds=self.bonds,
             interfaces=Interfaces(
                 all=self._all_interfaces,
                 active=part.interfaces,
@@ -338,7 +324,7 @@ class Residual:
             else condensation.structure,
             solve_tangent=solve_tangent,
             rate_step=FINITE_DIFFERENCE_STEP,
-            **self._arrays,
+            **self._lasting,
         )
 
     def _jointed(self, interfaces: IntArray) -> IntArray:
@@ -349,46 +335,47 @@ class Residual:
     def _displacement_of(self, state: State, displacement: FloatArray | None) -> FloatArray:
         """Displacements (size,) for kernels; by default the state's."""
         u = state.displacement if displacement is None else displacement
-        if u.shape != (self.model.size,) or u.dtype != np.float64 or not u.flags.c_contiguous:
-            raise ValueError(
-                f"displacements must be a contiguous array of float64 {(self.model.size,)}, not {u.dtype} {u.shape}"
-            )
+        _require("displacements", u, FLOAT, self.system.arms.shape)
         return u
 
-    def _history_of(self, state: State) -> tuple[History, WallGround]:
-        """History of a state, and the ground at its load factor, as structures for kernels."""
-        made = self._structures
-        return made.history(state.history), made.ground(self.model.ground.at(state.load_factor))
-
-    def _structure_of(self, state: State, condensation: StaticCondensation | None, limit: float = np.inf) -> WallState:
-        """Loads with condensed fronts, and history of a state, as structures for kernels."""
+    def _filled(
+        self, state: State, external: FloatArray, limit: float = np.inf, other: Ground | None = None
+    ) -> WallState:
+        """Loads, history and grounds of a state for kernels; the next call replaces them."""
         check_time()
-        history, ground = self._history_of(state)
-        made: WallState = WallState(
-            history=history,
-            ground=ground,
-            sections=self._structures.sections(state),
-            plastic=state.plastic,
-            external=self.loads.at(state.load, state.load_factor, condensation),
-            load=float(state.load),
-            live=float(state.load_factor),
-            deflection=np.nan if self.jacks is None else self.jacks.required_deflection(state.load_factor),
-            limit=limit,
+        ground = self.model.ground.at(state.load_factor)
+        if state.history is not self._checked:
+            for name, array in state.history._asdict().items():
+                _require(name, array, FLAG if name == "cracked" else FLOAT, self.model.interfaces.contact_area.shape)
+            self._checked = state.history
+        fill_state(
+            self._inside,
+            *state.history,
+            *ground,
+            *(other or ground),
+            *state.sections,
+            state.plastic,
+            external,
+            float(state.load),
+            float(state.load_factor),
+            np.nan if self.jacks is None else self.jacks.required_deflection(state.load_factor),
+            limit,
         )
-        return made
+        return self._inside
 
-    def _in_state(self, state: State, limit: float = np.inf) -> WallState:
+    def _in_state(self, state: State, limit: float = np.inf, other: Ground | None = None) -> WallState:
         """Return loads and history of a state, with the present condensed fronts."""
-        return self._structure_of(state, self.equations.condensation, limit)
+        external = self.loads.at(state.load, state.load_factor, self.equations.condensation)
+        return self._filled(state, external, limit, other)
 
-    def _ahead(self, state: State) -> tuple[WallGround, FloatArray]:
-        """Ground, and movement of the supports, a small step of the load factor ahead of a state."""
+    def _ahead(self, state: State) -> tuple[Ground | None, FloatArray]:
+        """Ground, if it moves, and movement of the supports, a small step of the load factor ahead of a state."""
         ground, supports, load_factor = self.model.ground, self.model.supports, state.load_factor
         if self._moving is None:
-            return self._history_of(state)[1], supports.prescribed_displacement
+            return None, supports.prescribed_displacement
         step = FINITE_DIFFERENCE_STEP
         moved = step * ground.load_factor_rate(load_factor) * supports.prescribed_displacement
-        return self._structures.ground(ground.at(load_factor + step)), moved
+        return ground.at(load_factor + step), moved
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
@@ -407,9 +394,10 @@ class Residual:
         backtracking; None: with line search if the wall has a potential.
         """
         searching, found = self.has_potential if searching is None else searching, np.empty_like(start)
-        begin, inside = self._displacement_of(state, start), self._in_state(state, self._divergence_limit(state))
+        begin, (ahead, moved) = self._displacement_of(state, start), self._ahead(state)
+        inside = self._in_state(state, self._divergence_limit(state), ahead)
         ratio, state.jack, completed = run_newton(
-            _steps(), self.wall, inside, *self._ahead(state), float(state.jack), begin, found, searching
+            _steps(), self.wall, inside, moved, float(state.jack), begin, found, searching
         )
         self._completed, within = completed, ratio < self.tolerance and completed.within
         return found, np.inf if not within and self.has_diverged(state, found) else ratio
@@ -443,16 +431,13 @@ class Residual:
 
     def forces_on_supports(self, state: State) -> FloatArray:
         """Return the force of joints and loads on prescribed degrees of freedom (N, N m); others are incomplete."""
-        model, listed, u = self.model, self._all_interfaces, self._displacement_of(state, None)
-        if self.superelements is None:
-            held = self.system.block_of_dof[model.supports.prescribed]
-            listed = np.flatnonzero(self._are_on(np.append(held, model.n_blocks)))
-        inside = self._structure_of(state, None)
+        u = self._displacement_of(state, None)
         force = self.loads.at(state.load, state.load_factor, None).copy()
+        inside = self._filled(state, force)
         if self.jacks is not None:
             force += state.jack * self.jacks.push
-        stiffness = self._arrays["stiffness"]
-        add_internal_forces(self.components, inside, self._jointed(listed), True, u, force, stiffness)
+        stiffness = self._lasting["stiffness"]
+        add_internal_forces(self.components, inside, self._supports.interfaces, True, u, force, stiffness)
         return force
 
     def commit_joint_history(self, state: State, never_opened: BoolArray) -> tuple[JointEnergy, Ground]:
@@ -463,47 +448,46 @@ class Residual:
             self._all_interfaces if whole else self.equations.active.interfaces,
             Ground(*np.zeros((2, *shape))),
         )
-        u, history = self._displacement_of(state, None), self._history_of(state)
-        work = self.steps.commit_history(self.components.joints, *history, listed, u, never_opened, *on_ground)
-        joints = JointEnergy(*work)
-        stored = joints.stored
+        u, inside = self._displacement_of(state, None), self._in_state(state)
+        work = self.steps.commit_history(self.components.joints, inside, listed, u, never_opened, *on_ground)
+        friction, crushing, mode_1_dissipation, stored, softened = work
         if condensation is not None and self.superelements is None:
             stored += condensation.elastic_energy(u, state.load, state.load_factor)
         if self.model.elastic is not None:  # loads of active fronts
             strain = np.zeros_like(state.displacement)
             strain[self.free] = state.displacement[self.free]
             stored += 0.5 * float(self.system.strain_stiffness @ strain[self.system.strain_dofs] ** 2)
-        return joints._replace(stored=stored), on_ground
+        return JointEnergy(friction, crushing, mode_1_dissipation, stored, softened), on_ground
 
     def contact_stresses(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q)."""
         opening, sigma, tau = np.empty((3, *self.bond_load.shape))
-        u, history = self._displacement_of(state, None), self._history_of(state)
-        self.steps.contact_stresses(self.components.joints, *history, u, opening, sigma, tau)
+        u, inside = self._displacement_of(state, None), self._in_state(state)
+        self.steps.contact_stresses(self.components.joints, inside, u, opening, sigma, tau)
         return opening, sigma, tau
 
     def section_response(self, state: State) -> FloatArray:
         """Opening, shear (m), rotation, axial and shear force (N) and moment (N m) of cracking sections (s, 6)."""
-        memory, u = self._structures.sections(state), self._displacement_of(state, None)
+        inside, u = self._in_state(state), self._displacement_of(state, None)
         values = np.empty((len(state.sections.cracked), 6))
         joints, footing = self.components.joints, self.components.footing
-        force, stiffness = np.zeros_like(u), np.zeros_like(self._arrays["stiffness"])
-        fill_section_values(footing, memory, joints, u, force, stiffness, values)
+        force, stiffness = np.zeros_like(u), np.zeros_like(self._lasting["stiffness"])
+        fill_section_values(footing, inside, joints, u, force, stiffness, values)
         return values
 
     def commit_sections(self, state: State) -> None:
         """Commit the history variables of the footing's sections to an equilibrium."""
-        memory, u = self._structures.sections(state), self._displacement_of(state, None)
-        commit_section_history(self.components.footing, memory, self.components.joints, u)
+        inside, u = self._in_state(state), self._displacement_of(state, None)
+        commit_section_history(self.components.footing, inside, self.components.joints, u)
 
     def joint_law_violation(self, state: State, normal_stress: FloatArray, shear_stress: FloatArray) -> float:
         """Return the largest stress by which stresses (m, q) violate the joint law (Pa)."""
-        history = self._structures.history(state.history)
-        return float(self.steps.law_violation(self.components.joints, history, normal_stress, shear_stress))
+        inside = self._in_state(state)
+        return float(self.steps.law_violation(self.components.joints, inside, normal_stress, shear_stress))
 
     def load_increment(self, load: float, load_factor: float) -> FloatArray:
         """Return the force increment of a step, with sliding joints as in the last equilibrium (N, N m)."""
-        loads, force = self.loads, load_factor * self._arrays["rate"]
+        loads, force = self.loads, load_factor * self._lasting["rate"]
         if load != 0.0:
             force += load * loads.dead
         if loads.grows:
@@ -523,11 +507,9 @@ class Residual:
         increment = self.load_increment(target[0] - state.load, target[1] - state.load_factor)
         start, prescribed = self._displacement_of(state, None), self.model.support_displacement(target[1])
         ahead = replace(state, load=target[0], load_factor=target[1], displacement=np.empty_like(start))
-        inside, ground = self._in_state(ahead, self._divergence_limit(ahead)), self._history_of(state)[1]
+        inside = self._in_state(ahead, self._divergence_limit(ahead), self.model.ground.at(state.load_factor))
         found, aim = ahead.displacement, PREDICTOR_AIM
-        within, share = predict(
-            _steps(), self.wall, inside, ground, increment, prescribed, start, found, not self.plain, aim
-        )
+        within, share = predict(_steps(), self.wall, inside, increment, prescribed, start, found, not self.plain, aim)
         if within:
             return found, float(share)
         self.complete(ahead)
@@ -541,17 +523,18 @@ class Residual:
         Its commit changes the bonds of joints that are not plain.
         """
         if not self.plain:
-            u, history = self._displacement_of(state, None), self._history_of(state)
+            u, inside = self._displacement_of(state, None), self._in_state(state)
             active = self.equations.active.interfaces
-            load = float(fill_bond_loads(self.components, *history, active, u, self.bond_load))
+            load = float(fill_bond_loads(self.components, inside, active, u, self.bond_load))
             self._completed = self._completed._replace(bond_load=load)
         return max(self._completed.bond_load, self._completed.condensed_load)
 
     def event_share(self, state: State, aim: float, active_only: bool = False) -> float:
         """Interpolate the share of a step at which the first bond fails; ``bond_load`` is that at its end."""
         listed = self.equations.active.interfaces if active_only else self._all_interfaces
-        u, history = self._displacement_of(state, None), self._history_of(state)
-        return float(interpolate_event(self.bonds, self.components, *history, listed, u, aim))
+        u, inside = self._displacement_of(state, None), self._in_state(state)
+        history, ground = inside.history, inside.ground
+        return float(interpolate_event(self.wall.bonds, self.components, history, ground, listed, u, aim))
 
     def has_diverged(self, state: State, displacement: FloatArray | None = None) -> bool:
         """Whether displacements are too large for an equilibrium to be sought."""
@@ -571,8 +554,8 @@ class Residual:
 
     def store_tangent(self, state: State, displacement: FloatArray) -> None:
         """Store the last tangent stiffness, and the force per load factor, of an equilibrium for the predictor."""
-        u = self._displacement_of(state, displacement)
-        store_tangent(self.wall, self._in_state(state), *self._ahead(state), u)
+        u, (ahead, moved) = self._displacement_of(state, displacement), self._ahead(state)
+        store_tangent(self.wall, self._in_state(state, other=ahead), moved, u)
 
     def volume_per_deflection(self) -> float | None:
         """Return the sum of the jacks' lifts, the volume they take, per deflection with the last tangent (1).
@@ -581,7 +564,7 @@ class Residual:
         """
         if self.jacks is None or self.jacks.by_load:
             return None
-        self.equations.update(self._arrays["tangent"])
+        self.equations.update(self._lasting["tangent"])
         push_response = self.equations.solve(self.jacks.push)
         deflection, volume = float(self.jacks.weights @ push_response), float(self.jacks.push @ push_response)
         return volume / deflection if deflection > 0.0 else None
@@ -590,10 +573,10 @@ class Residual:
 
     def update_tresca_bounds(self, state: State, relaxation: float) -> None:
         """Move the bounds of the Tresca problem by a share of the way to Coulomb's limits at a state."""
-        u, history = self._displacement_of(state, None), self._history_of(state)
+        u, inside = self._displacement_of(state, None), self._in_state(state)
         joints, bounds = self.components.joints, self.components.bounds
         active = self.equations.active.interfaces
-        self.steps.update_tresca_bounds(joints, *history, bounds, active, u, relaxation)
+        self.steps.update_tresca_bounds(joints, inside, bounds, active, u, relaxation)
 
     def uncondense(self, fronts: BoolArray) -> None:
         """Make some fronts (F,) and their ancestors active; all others stay elastic and condensed."""
@@ -623,7 +606,7 @@ class Residual:
             return None
         found = np.zeros(tree.count, dtype=np.bool_)
         if slides:
-            found |= tree.fronts_of(condensed[self.bonds.slides[condensed]])
+            found |= tree.fronts_of(condensed[self.wall.bonds.slides[condensed]])
         if blocks is not None:
             found |= tree.fronts_of_superelements(blocks.activate_yielding(state.displacement, state.plastic))
         return found if found.any() else None
