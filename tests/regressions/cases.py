@@ -77,7 +77,7 @@ def dynamic_step(folder: Path) -> Ready:
     scene = Scene(wall=PIECE, dynamics=Dynamics(duration=0.2, outputs=100))
     model = wall_model(scene)
     run = dynamic_run(model, scene.solver, Dynamics(duration=10.0, outputs=10_000))
-    return Ready(run.advance, run.steps_each * len(run.bodies.points) * 1e-9)
+    return Ready(run.advance, run.timing.steps * len(run.bodies.points) * 1e-9)
 
 
 def factorisation(folder: Path) -> Ready:

@@ -79,7 +79,7 @@ def momentum(course: DynamicRun) -> np.ndarray:
     """Return momentum x, y and angular momentum about the origin, between two steps (velocities and poses there)."""
     motion, model = course.motion, course.model
     velocity = motion.velocity[:-1]
-    half_back = motion.displacement[:-1] - 0.5 * course.time_step * velocity
+    half_back = motion.displacement[:-1] - 0.5 * course.timing.step * velocity
     place = motion.reference[:-1] + half_back[:, :2]
     mass, inertia = model.mass, model.density * model.blocks.polar * THICKNESS
     angular = mass * (place[:, 0] * velocity[:, 1] - place[:, 1] * velocity[:, 0]) + inertia * velocity[:, 2]

@@ -225,8 +225,8 @@ def test_energy_of_a_first_state_and_points() -> None:
     course = started(stack(2).build(STIFF), 1e-3)
     assert course.begins_in_equilibrium
     status = course.bodies.points["status"]
-    assert (status[: len(course.initial_points)] == BONDED).all()
-    assert (status[len(course.initial_points) :] == FREE).all()
+    assert (status[: 2 * course.model.n_contacts] == BONDED).all()
+    assert (status[2 * course.model.n_contacts :] == FREE).all()
     assert course.energy.balance().energy_error == 0.0
 
 
@@ -234,8 +234,8 @@ def test_steps_are_counted_in_any_batches() -> None:
     """The clock may be checked many times before an output."""
     course = started(stack(2).build(STIFF), 0.01, 2)
     course.options = replace(DEFAULTS, point_steps_per_check=7 * len(course.bodies.points))
-    assert course.steps_each > 20
-    assert [step.counters.cycles for step in course] == [0, course.steps_each, course.steps_each]
+    assert course.timing.steps > 20
+    assert [step.counters.cycles for step in course] == [0, course.timing.steps, course.timing.steps]
 
 
 def test_a_study_of_runs_in_time_is_refused(tmp_path: Path) -> None:
@@ -274,7 +274,7 @@ def test_undamped_dry_joints_are_given_shorter_steps() -> None:
     assert Dynamics(time_step_safety=0.7).step_share(dry=True) == 0.7
     for wall, share in ((on_plate(), 0.25), (stack(2), 0.5)):
         course = started(wall.build(STIFF), 0.1)
-        assert course.time_step == pytest.approx(share * 2.0 / course.frequency.touched, rel=0.01)
+        assert course.timing.step == pytest.approx(share * 2.0 / course.frequency.touched, rel=0.01)
 
 
 @pytest.mark.parametrize(

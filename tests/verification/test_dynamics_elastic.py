@@ -114,10 +114,10 @@ def excited(course: DynamicRun, mode: int, first: float = 0.0, rate: float = 0.0
     """Give block 0 a strain, or a curvature, and its rate."""
     strains = course.motion.strains
     assert strains is not None
-    inverse, stiffness, dt = strains.inverse_mass[0, mode], strains.stiffness[0, mode], course.time_step
+    inverse, stiffness, dt = strains.inverse_mass[0, mode], strains.stiffness[0, mode], course.timing.step
     strains.displacement[0, mode], strains.force[0, mode] = first, -stiffness * first
     strains.velocity[0, mode] = rate + 0.5 * dt * stiffness * first * inverse  # half a step ago
-    course.energy = EnergyBalance(course.bodies, course.motion, course.damping, dt, course.terms)
+    course.energy = EnergyBalance(course.bodies, course.motion, course.damping, dt, course.energy.terms)
     return course
 
 
@@ -145,7 +145,7 @@ def test_a_brick_rings_alone(verify: Verify, mode: int, angle: float) -> None:
     time = np.array([i.time for i in path])
     strain = np.array([i.strain for i in path])[:, 0, mode]
     name = ("stretching", "bending")[mode]
-    exact = first * cosine(omega, course.time_step, time)
+    exact = first * cosine(omega, course.timing.step, time)
     case = f"{name}, turned by {angle}"
     verify(ALONE, case, "dynamic", "amplitude", strain, exact, 1e-8)
     highest = np.sqrt(max(k / m for k, m in zip(STIFFNESS, INERTIA)))
@@ -160,7 +160,7 @@ def test_a_brick_on_a_spring_has_two_modes(verify: Verify) -> None:
     values, shapes = np.linalg.eigh(stiffness / root[:, None] / root)
     start = np.array([1e-3, 0.0]) * root  # velocity
     course = started(_thrown(brick(joint=joint, plates=1)), 4 * 2 * np.pi / np.sqrt(values[0]), 100)
-    path, dt = list(course), course.time_step
+    path, dt = list(course), course.timing.step
     time = np.array([i.time for i in path])[:, None]
     shifted = 2 / dt * np.arcsin(np.sqrt(values) * dt / 2)
     modes = (start @ shapes) * dt / np.sin(shifted * dt) * np.sin(shifted * time)
@@ -188,7 +188,7 @@ def test_a_brick_bends_between_two_springs(verify: Verify) -> None:
     stiffness = 1 / (1 / joint.normal_stiffness + PLATE / 2 / E)
     omega = float(np.sqrt((STIFFNESS[1] + 2 * (B / 2) ** 2 * stiffness * THICKNESS * H**3 / 12) / INERTIA[1]))
     course = excited(started(brick(joint=joint, plates=2), 3 * 2 * np.pi / omega, 40), 1, rate=1e-3)
-    path, dt = list(course), course.time_step
+    path, dt = list(course), course.timing.step
     time = np.array([i.time for i in path])
     shifted = 2 / dt * np.arcsin(omega * dt / 2)
     exact = 1e-3 * dt * np.sin(shifted * time) / np.sin(shifted * dt)
@@ -374,9 +374,8 @@ def test_the_limit_of_the_time_step(verify: Verify, share: float, stable: bool) 
     course = started(wall, 3.0, 1, new_contacts=False, time_step_safety=1.0)
     for mode in (0, 1):
         excited(course, mode, rate=1e-6)
-    course.time_step = share * 2.0 / course.frequency.intact
-    course.steps_each = 5000
-    course.energy._step = course.time_step
+    course.timing = course.timing._replace(steps=5000, step=share * 2.0 / course.frequency.intact)
+    course.energy._step = course.timing.step
     try:
         course.advance()
         assert course.motion.strains is not None

@@ -164,10 +164,9 @@ def test_the_limit_of_the_time_step(verify: Verify, share: float, stable: bool) 
     assembly.rest_on_ground([0])
     course = started(assembly.build(STIFF), 3.0, new_contacts=False, time_step_safety=1.0)
     limit = 2.0 / course.frequency.intact
-    course.time_step = share * limit
-    course.steps_each = 3000
+    course.timing = course.timing._replace(steps=3000, step=share * limit)
     start = course.energy.balance().kinetic_energy
-    course.energy._step = course.time_step
+    course.energy._step = course.timing.step
     try:
         course.advance()
         grown = np.abs(course.motion.velocity[:, 1]).max() > 1e-3
@@ -179,7 +178,7 @@ def test_the_limit_of_the_time_step(verify: Verify, share: float, stable: bool) 
 
 def test_a_run_that_diverges_says_so() -> None:
     course = started(on_plate(joint=dry(1e9)).build(STIFF), 1.0)
-    course.time_step *= 12.0
+    course.timing = course.timing._replace(step=12.0 * course.timing.step)
     course.motion.velocity[1, 1] = -1.0
     with pytest.raises(DivergenceError, match=r"diverged at .* s .*block 1 .*time_step_safety"):
         course.advance()

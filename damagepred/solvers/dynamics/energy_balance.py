@@ -41,7 +41,7 @@ class EnergyBalance:
         time_step: float,
         terms: EnergyTerms,
     ) -> None:
-        self._scene, self._motion, self._terms = scene, motion, terms
+        self._scene, self._motion, self.terms = scene, motion, terms
         self._damping, self._step = damping, time_step
         self._moving = moving_parts(motion)
         self._start = [body.displacement.copy() for body in self._moving]
@@ -86,7 +86,7 @@ class EnergyBalance:
 
     def balance(self) -> Energies:
         """Present balance."""
-        joint_terms, body_terms = self._terms
+        joint_terms, body_terms = self.terms
         kinetic, damped, pulled = self._half_steps()
         elastic = self.elastic_energy()
         boundary = float(body_terms[BOUNDARY]) + pulled - self._pulled

@@ -52,6 +52,14 @@ class Imposed(NamedTuple):
     shear: FloatArray
 
 
+class Timing(NamedTuple):
+    """Time between outputs (s), steps in it, and their length (s)."""
+
+    interval: float
+    steps: int
+    step: float
+
+
 class DynamicRun:
     """Run in physical time, iterable over its outputs."""
 
@@ -65,27 +73,27 @@ class DynamicRun:
     ) -> None:
         self.options = options
         self.model, self.dynamics, self.system = model, dynamics, DiscreteSystem.of(model)
-        self.origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])
-        self.bodies = body_arrays(model, self.origin, options)
+        origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])
+        self.bodies = body_arrays(model, origin, options)
         strains = block_strains(model, self.bodies)
-        self.motion = motion_of(model, self.origin)._replace(strains=strains)
+        self.motion = motion_of(model, origin)._replace(strains=strains)
         points = self.bodies.points
-        self.initial_points = points[: 2 * model.n_contacts].copy()
-        self._initial_target = np.zeros(0) if strains is None else strains.target[: 2 * model.n_contacts].copy()
+        count = 2 * model.n_contacts
+        self._bonded_at_start = points[:count].copy(), None if strains is None else strains.target[:count].copy()
         self.frequency = highest_frequency(model, self.bodies, self.motion.inverse_mass, options, strains)
         highest = self.frequency.touched if dynamics.new_contacts else self.frequency.intact
-        self.interval = dynamics.run_duration / dynamics.outputs
+        interval = dynamics.run_duration / dynamics.outputs
         dry = bool((model.properties.tensile_strength <= 0.0).any())
         contacts = contact_damping(model, dynamics)
         longest = time_step(highest, dynamics, dry, contacts)
-        self.steps_each = max(1, int(np.ceil(self.interval / longest - 1e-9)))
-        self.time_step = self.interval / self.steps_each
+        steps = max(1, int(np.ceil(interval / longest - 1e-9)))
+        self.timing = Timing(interval, steps, interval / steps)
         local = dynamics.local_damping if dynamics.damping == "local" else 0.0
         self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping, contacts)
         # only two variants of the joint law, plain and full, because of their compile time
         softening = softening_of(model)
-        self.special = True if needs_full_law(model) or softening is not None else None
-        self.softening = softening if self.special is None else softening or Softening(None)
+        special = needs_full_law(model) or softening is not None
+        self.law = (True, softening or Softening(None)) if special else (None, softening)
         self.ground_rate, self.has_live_load = _ground_rate(model), bool(self.system.live_load.any())
         dynamics.check_base()
         self.base = base_displacement(dynamics.base)
@@ -93,9 +101,9 @@ class DynamicRun:
         distance = options.search_distance * skin if dynamics.new_contacts else 0.0
         self.search = NeighbourSearch(self.bodies, self.motion, skin, distance, options.wide_block_ratio)
         self.steps = self.output = 0
-        self.terms = EnergyTerms(np.zeros(JOINT_TERMS), np.zeros(BODY_TERMS))
         self._begin(initial)
-        self.energy = EnergyBalance(self.bodies, self.motion, self.damping, self.time_step, self.terms)
+        terms = EnergyTerms(np.zeros(JOINT_TERMS), np.zeros(BODY_TERMS))
+        self.energy = EnergyBalance(self.bodies, self.motion, self.damping, self.timing.step, terms)
 
     def _begin(self, initial: State | None) -> None:
         motion, points = self.motion, self.bodies.points
@@ -116,19 +124,19 @@ class DynamicRun:
         points["opening"][: opening.size], points["shear"][: shear.size] = opening.ravel(), shear.ravel()
         search = self.dynamics.new_contacts
         still = EnergyTerms(np.zeros(JOINT_TERMS), np.zeros(BODY_TERMS))
-        first_forces(self.bodies, self.search.neighbours, motion, self.special, self.softening, search, still)
+        first_forces(self.bodies, self.search.neighbours, motion, *self.law, search, still)
         if self.model.initial_velocity is not None:
             motion.velocity[:-1] = self.model.initial_velocity
         acting = motion.force + motion.load
-        motion.velocity[:] -= 0.5 * self.time_step * acting * motion.inverse_mass
+        motion.velocity[:] -= 0.5 * self.timing.step * acting * motion.inverse_mass
         strains = motion.strains
         if strains is not None:
-            strains.velocity[:] -= 0.5 * self.time_step * strains.force * strains.inverse_mass
+            strains.velocity[:] -= 0.5 * self.timing.step * strains.force * strains.inverse_mass
 
     @property
     def time(self) -> float:
         """Physical time (s)."""
-        return self.output * self.interval
+        return self.output * self.timing.interval
 
     def load_factor(self, time: FloatArray) -> FloatArray:
         """Load factor of the movement at times (s)."""
@@ -151,8 +159,8 @@ class DynamicRun:
     @one_blas_thread()
     def advance(self) -> None:
         """Run to the next output."""
-        count = self.steps_each
-        time: FloatArray = self.time + self.time_step * np.arange(count + 1, dtype=np.float64)
+        count = self.timing.steps
+        time: FloatArray = self.time + self.timing.step * np.arange(count + 1, dtype=np.float64)
         loading = np.column_stack((self.base(time), self.load_factor(time)))
         stretch = max(1, self.options.point_steps_per_check // len(self.bodies.points))
         done = 0
@@ -165,18 +173,17 @@ class DynamicRun:
                 self.bodies,
                 self.search.neighbours,
                 self.motion,
-                self.special,
-                self.softening,
+                *self.law,
                 ground_rate,
                 self.has_live_load,
                 loading,
                 done,
                 min(line_end, done + stretch),
                 self.damping,
-                self.time_step,
+                self.timing.step,
                 self.search.searched_at,
                 self.search.distance,
-                self.terms,
+                self.energy.terms,
             )
             self.steps += reached - done
             done = reached
@@ -228,7 +235,7 @@ class DynamicRun:
         run, end = self.dynamics.run_duration, self.dynamics.loading_end
         unfinished = {"loading_not_run": f"from {run:g} to {end:g} s"} if end > run * (1.0 + 1e-9) else {}
         return unfinished | {
-            "time_step": self.time_step,
+            "time_step": self.timing.step,
             "highest_frequency": self.frequency.intact,
             "highest_frequency_bound": self.frequency.touched,
             "begins_in_equilibrium": self.begins_in_equilibrium,
@@ -241,7 +248,7 @@ class DynamicRun:
     def _bonded_kinematics(self) -> tuple[FloatArray, FloatArray]:
         """Opening and shear (m) of all contacts against their first edges (m, 2, q)."""
         m, q = self.model.interfaces.contact_area.shape
-        home, pose = self.initial_points, self.motion.pose
+        (home, target), pose = self._bonded_at_start, self.motion.pose
         home_x, home_y, strains = home["x"], home["y"], self.motion.strains
         if strains is not None:
             now, count = strains.displacement[strains.number], len(home)
@@ -255,8 +262,8 @@ class DynamicRun:
         local_y = pose[b, 2] * y - pose[b, 3] * x - edge["y"]
         opening = edge["along_x"] * local_y - edge["along_y"] * local_x + home["offset"]
         shear = edge["along_x"] * local_x + edge["along_y"] * local_y - home["anchor"]
-        if strains is not None:
-            away = np.einsum("pik,pk->pi", self._initial_target, now[b])
+        if strains is not None and target is not None:
+            away = np.einsum("pik,pk->pi", target, now[b])
             opening, shear = opening - away[:, 1], shear - away[:, 0]
         return opening.reshape(m, 2, q), shear.reshape(m, 2, q)
 
