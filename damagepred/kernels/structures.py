@@ -62,12 +62,11 @@ class Structure(structref.StructRefProxy):
             raise TypeError(f"{cls.__name__} has other fields: {wrong}")
         for name, dtype, dimensions in cls._arrays:
             array = values[name]
-            if not isinstance(array, np.ndarray):
-                raise TypeError(f"{cls.__name__}.{name} must be a contiguous array, not {type(array).__name__}")
-            if array.dtype != dtype or array.ndim != dimensions or not array.flags.carray:
+            wrong = not isinstance(array, np.ndarray) or array.dtype != dtype or array.ndim != dimensions
+            if wrong or not array.flags.carray:
                 raise TypeError(
                     f"{cls.__name__}.{name} must be a contiguous, writeable array of {dtype} with {dimensions} "
-                    f"dimensions, not {array.dtype} {array.shape}"
+                    f"dimensions, not {getattr(array, 'dtype', type(array).__name__)} {np.shape(array)}"
                 )
         if config.DISABLE_JIT:
             return cls._plain(values)

@@ -244,16 +244,7 @@ def fill_state(
 
 def empty_state() -> State:
     """State for ``fill_state``."""
-    made: State = State(
-        history=History.empty(),
-        ground=Ground.empty(),
-        other_ground=Ground.empty(),
-        sections=SectionMemory.empty(),
-        plastic=np.empty((0, 4)),
-        external=np.empty(0),
-        load=0.0,
-        live=0.0,
-        deflection=0.0,
-        limit=0.0,
-    )
+    parts = {"history": History.empty(), "ground": Ground.empty(), "other_ground": Ground.empty()}
+    arrays = {"sections": SectionMemory.empty(), "plastic": np.empty((0, 4)), "external": np.empty(0)}
+    made: State = State(**parts, **arrays, **dict.fromkeys(("load", "live", "deflection", "limit"), 0.0))
     return made

@@ -57,24 +57,10 @@ class EliminationTree:
     A node is the smallest unit of the order: a rigid or elastic block, or a gridpoint on the boundary of a deformable
     one. Interfaces and deformable blocks are the elements; each is assembled in the last of its fronts.
 
-    Attributes
-    ----------
-    parent : array of int (F,)
-        Front in which each front is assembled; -1 if in none.
-    dofs, start : array of int
-        Free degrees of freedom in the order of the fronts, and where each front starts.
-    size, boundary_size : array of int (F,)
-        Degrees of freedom of each front, and of its boundary.
-    boundary, first_boundary : array of int
-        Places in that order of the degrees of freedom on the boundaries, and first place of each front.
-    boundary_in_parent : array of int
-        Index of each of these in the parent's front; there, the boundary follows the front's own degrees of freedom.
-    kinematics : InterfaceKinematics
-        Numbers of the interfaces.
-    interfaces, superelements : Elements
-        Interfaces, with indices (m, w); deformable blocks, with the indices of their boundaries one after the other.
-    elastic_factors : ElasticFactors or None
-        Those of the last of these walls that needed its own.
+    ``parent`` is -1 for the root. ``dofs`` are the free degrees of freedom in the order of the fronts; ``start`` is the
+    first place of each front in that order, ``boundary`` the places of the boundaries, one front after the other.
+    ``boundary_in_parent`` is their index in the parent's front, where the boundary follows the front's own degrees of
+    freedom. ``elastic_factors`` belong to the last of these walls that needed its own.
     """
 
     elastic_factors: ElasticFactors | None = None

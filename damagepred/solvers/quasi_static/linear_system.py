@@ -379,10 +379,6 @@ class MultifrontalSystem:
         """Continue the counts of iterations and factorisations of the same wall with other supports."""
         self._room.counts[[ITERATIONS, FACTORISATIONS]] += before._room.counts[[ITERATIONS, FACTORISATIONS]]
 
-    def count_iteration(self) -> None:
-        """Count an iteration that Python does."""
-        self._room.counts[ITERATIONS] += 1
-
     @property
     def iterations(self) -> int:
         """Number of solutions in iterations."""

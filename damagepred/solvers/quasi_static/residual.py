@@ -42,13 +42,14 @@ from damagepred.kernels.equilibrium.wall import State as WallState
 from damagepred.kernels.interface.residual import within_limit
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.joint.return_mapping import ReturnMapping
+from damagepred.kernels.linear.condensation import Condensation
 from damagepred.kernels.linear.solver import solve_tangent
 from damagepred.kernels.zone.superelement import BlockLaw
 from damagepred.runtime.time_limit import check_time
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
-from damagepred.solvers.quasi_static.static_condensation import StaticCondensation, nothing_condensed
+from damagepred.solvers.quasi_static.static_condensation import StaticCondensation
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.wall_state import Point, State
@@ -118,7 +119,7 @@ class Residual:
             self.superelements = Superelements(self.system, options.newton.interior_tolerance)
             loads = self.superelements.condensed_loads[0], self.superelements.condensed_loads[1]
         self.loads, self._inside = ExternalLoad(*loads), empty_state()
-        self._checked: JointHistory | None = None
+        self._filled: tuple[JointHistory | None, Ground | None] = (None, None)
         self._completed = Completed(True, 0, 0.0, 0.0)
         rest, supports = State.rest(model), model.supports
         self._make_components()
@@ -290,7 +291,7 @@ class Residual:
         """Return the stiffness of the interfaces of the unloaded wall (m, 9)."""
         stiffness: FloatArray = self._lasting["stiffness"]
         listed, force = self._jointed(self._all_interfaces), np.zeros(self.model.size)
-        inside = self._filled(rest, force)
+        inside = self._fill(rest, force)
         add_internal_forces(self.components, inside, listed, False, rest.displacement, force, stiffness)
         stiffness[self.model.properties.gap > 0.0] = 0.0  # until it closes
         return stiffness.copy()
@@ -319,9 +320,7 @@ class Residual:
                 weights=none if jacks is None else jacks.weights,
             ),
             solver=equations.solver,
-            condensation=nothing_condensed(equations.solver.substitution)
-            if condensation is None
-            else condensation.structure,
+            condensation=Condensation.empty() if condensation is None else condensation.structure,
             solve_tangent=solve_tangent,
             rate_step=FINITE_DIFFERENCE_STEP,
             **self._lasting,
@@ -338,16 +337,16 @@ class Residual:
         _require("displacements", u, FLOAT, self.system.arms.shape)
         return u
 
-    def _filled(
+    def _fill(
         self, state: State, external: FloatArray, limit: float = np.inf, other: Ground | None = None
     ) -> WallState:
         """Loads, history and grounds of a state for kernels; the next call replaces them."""
         check_time()
         ground = self.model.ground.at(state.load_factor)
-        if state.history is not self._checked:
+        if state.history is not self._filled[0]:
             for name, array in state.history._asdict().items():
                 _require(name, array, FLAG if name == "cracked" else FLOAT, self.model.interfaces.contact_area.shape)
-            self._checked = state.history
+        self._filled = state.history, ground
         fill_state(
             self._inside,
             *state.history,
@@ -366,7 +365,13 @@ class Residual:
     def _in_state(self, state: State, limit: float = np.inf, other: Ground | None = None) -> WallState:
         """Return loads and history of a state, with the present condensed fronts."""
         external = self.loads.at(state.load, state.load_factor, self.equations.condensation)
-        return self._filled(state, external, limit, other)
+        return self._fill(state, external, limit, other)
+
+    def _history_of(self, state: State) -> WallState:
+        """Return history and ground of a state, where loads do not matter: filled only if others were."""
+        history, ground = self._filled
+        same = state.history is history and self.model.ground.at(state.load_factor) is ground
+        return self._inside if same else self._in_state(state)
 
     def _ahead(self, state: State) -> tuple[Ground | None, FloatArray]:
         """Ground, if it moves, and movement of the supports, a small step of the load factor ahead of a state."""
@@ -433,7 +438,7 @@ class Residual:
         """Return the force of joints and loads on prescribed degrees of freedom (N, N m); others are incomplete."""
         u = self._displacement_of(state, None)
         force = self.loads.at(state.load, state.load_factor, None).copy()
-        inside = self._filled(state, force)
+        inside = self._fill(state, force)
         if self.jacks is not None:
             force += state.jack * self.jacks.push
         stiffness = self._lasting["stiffness"]
@@ -448,7 +453,7 @@ class Residual:
             self._all_interfaces if whole else self.equations.active.interfaces,
             Ground(*np.zeros((2, *shape))),
         )
-        u, inside = self._displacement_of(state, None), self._in_state(state)
+        u, inside = self._displacement_of(state, None), self._history_of(state)
         work = self.steps.commit_history(self.components.joints, inside, listed, u, never_opened, *on_ground)
         friction, crushing, mode_1_dissipation, stored, softened = work
         if condensation is not None and self.superelements is None:
@@ -462,7 +467,7 @@ class Residual:
     def contact_stresses(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q)."""
         opening, sigma, tau = np.empty((3, *self.bond_load.shape))
-        u, inside = self._displacement_of(state, None), self._in_state(state)
+        u, inside = self._displacement_of(state, None), self._history_of(state)
         self.steps.contact_stresses(self.components.joints, inside, u, opening, sigma, tau)
         return opening, sigma, tau
 
@@ -482,7 +487,7 @@ class Residual:
 
     def joint_law_violation(self, state: State, normal_stress: FloatArray, shear_stress: FloatArray) -> float:
         """Return the largest stress by which stresses (m, q) violate the joint law (Pa)."""
-        inside = self._in_state(state)
+        inside = self._history_of(state)
         return float(self.steps.law_violation(self.components.joints, inside, normal_stress, shear_stress))
 
     def load_increment(self, load: float, load_factor: float) -> FloatArray:
@@ -523,7 +528,7 @@ class Residual:
         Its commit changes the bonds of joints that are not plain.
         """
         if not self.plain:
-            u, inside = self._displacement_of(state, None), self._in_state(state)
+            u, inside = self._displacement_of(state, None), self._history_of(state)
             active = self.equations.active.interfaces
             load = float(fill_bond_loads(self.components, inside, active, u, self.bond_load))
             self._completed = self._completed._replace(bond_load=load)
@@ -532,7 +537,7 @@ class Residual:
     def event_share(self, state: State, aim: float, active_only: bool = False) -> float:
         """Interpolate the share of a step at which the first bond fails; ``bond_load`` is that at its end."""
         listed = self.equations.active.interfaces if active_only else self._all_interfaces
-        u, inside = self._displacement_of(state, None), self._in_state(state)
+        u, inside = self._displacement_of(state, None), self._history_of(state)
         history, ground = inside.history, inside.ground
         return float(interpolate_event(self.wall.bonds, self.components, history, ground, listed, u, aim))
 
@@ -573,7 +578,7 @@ class Residual:
 
     def update_tresca_bounds(self, state: State, relaxation: float) -> None:
         """Move the bounds of the Tresca problem by a share of the way to Coulomb's limits at a state."""
-        u, inside = self._displacement_of(state, None), self._in_state(state)
+        u, inside = self._displacement_of(state, None), self._history_of(state)
         joints, bounds = self.components.joints, self.components.bounds
         active = self.equations.active.interfaces
         self.steps.update_tresca_bounds(joints, inside, bounds, active, u, relaxation)

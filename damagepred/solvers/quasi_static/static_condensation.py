@@ -7,14 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.kernels.linear.condensation import (
-    Condensation,
-    condense_forces,
-    elastic_energy,
-    recover,
-    subtract_boundary_forces,
-)
-from damagepred.kernels.linear.substitution import Substitution
+from damagepred.kernels.linear.condensation import Condensation, condense_forces, elastic_energy
 
 if TYPE_CHECKING:
     from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
@@ -56,33 +49,6 @@ class StaticCondensation:
         """Return the condensed load on the boundary degrees of freedom (N, N m)."""
         return load * self._load[0] + live * self._load[1]
 
-    def subtract_boundary_forces(self, displacement: FloatArray, force: FloatArray) -> None:
-        """Subtract the forces (N) by which the superelements resist the displacements of their boundaries (m)."""
-        subtract_boundary_forces(self.structure, displacement, force)
-
-    def recover(self, displacement: FloatArray, load: float, live: float = 0.0) -> None:
-        """Recover the displacements of the condensed fronts by back substitution."""
-        recover(self.structure, displacement, float(load), float(live))
-
     def elastic_energy(self, displacement: FloatArray, load: float, live: float) -> float:
         """Energy stored in the condensed subtrees (J)."""
         return float(elastic_energy(self.structure, displacement, float(load), float(live)))
-
-
-def nothing_condensed(substitution: Substitution) -> Condensation:
-    """Superelements of no subtree."""
-    none, no_rows = np.empty(0, dtype=np.int64), np.empty((2, 0))
-    made: Condensation = Condensation(
-        substitution=substitution,
-        boundary_dofs=none,
-        first_boundary=np.zeros(1, dtype=np.int64),
-        stiffness=np.empty(0),
-        boundary=no_rows,
-        dofs=none,
-        particular=no_rows,
-        particular_in_state=no_rows,
-        current=no_rows,
-        loaded_dofs=none,
-        loads=no_rows,
-    )
-    return made
