@@ -47,8 +47,8 @@ def predict(steps, wall, state, increment, prescribed_ahead, start, ahead, bonds
     """Predict displacements ``ahead`` with the last tangent, and the next event (sequentially linear; Rots 2001).
 
     ``state`` is at the end of the step, its other ground at the start; ``increment`` is the load's increment. Supports
-    move to ``prescribed_ahead``. Returns whether displacements are below the limit, and the share of the step to the next
-    event in active interfaces, or in all.
+    move to ``prescribed_ahead``. Returns whether displacements are below the limit, and the share of the step to the
+    next event in active interfaces, or in all.
     """
     freedoms, interfaces, components, step = wall.freedoms, wall.interfaces, wall.components, wall.room[0]
     steps.solve(wall, state, wall.tangent, True, start, increment, step)
