@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from damagepred.archive.folder import StudyFolder
@@ -34,6 +35,23 @@ def check_page(name: str, page: Page) -> None:
 @pytest.mark.parametrize("name", ["door", "pier", "broken", "history"])
 def test_a_page_of_a_wall_is_its_list(name: str) -> None:
     check_page(name, wall_page(solved(name), f"{name}.nc", WRITTEN))
+
+
+def test_pages_of_paths_that_ended_otherwise_are_their_list() -> None:
+    wall = solved("door")
+    ends = {"failed": {"status_message": "no equilibrium"}, "interrupted": {}, "collapsed": {}, "complete": {}}
+    parts: dict[str, str] = {}
+    for status, more in ends.items():
+        ds = wall.assign_attrs(status=status, sample=5, seed=9, **more)
+        if status == "complete":  # of many increments and of settling ground, with a gap on the footing
+            ds = ds.isel(increment=np.arange(130) * ds.sizes["increment"] // 130)
+            ds["settlement"] = "increment", np.linspace(0.0, 2e-2, 130)
+            ds["surface_movement"] = "increment", np.linspace(0.0, 4e-2, 130)
+        page = wall_page(ds, "wall.nc", WRITTEN)
+        parts |= parts_of([page.warnings, page.facts, page.subtitle, page.answers], status)
+        parts |= parts_of([part for part in page.appendix[2].parts if status == "complete"], f"{status} path")
+        parts |= parts_of(page.appendix[1].parts[0].rows[3:], f"{status} run")  # type: ignore[union-attr]
+    check_parts(LISTS / "endings.txt", parts)
 
 
 @pytest.mark.parametrize(
