@@ -107,8 +107,6 @@ class Assembly:
     ) -> None:
         if not (np.isfinite(thickness) and thickness > 0):
             raise InputError(f"thickness = {thickness!r}: must be a finite number greater than 0 m.")
-        if len(gravity) != 2 or not np.isfinite(gravity).all():
-            raise InputError(f"gravity = {gravity!r}: must be two finite numbers (x, y) in m/s2.")
         self.thickness = float(thickness)
         self.gravity = (float(gravity[0]), float(gravity[1]))
         self._polygons: list[FloatArray] = []
@@ -405,8 +403,6 @@ class Assembly:
         x, y, rotation : float
             Velocity of its centroid (m/s), and rotation, counter-clockwise (rad/s).
         """
-        if not np.isfinite([x, y, rotation]).all():
-            raise InputError(f"block {block}: its velocity must be finite, got {(x, y, rotation)!r}.")
         self._velocity[self._check(block)] = (float(x), float(y), float(rotation))
 
     @checked
@@ -466,8 +462,6 @@ class Assembly:
         x, y : float
             Load over weight (1).
         """
-        if not np.isfinite([x, y]).all():
-            raise InputError(f"push_body: multiples of the weight must be finite, got {(x, y)!r}.")
         self._push_body = self._push_body + np.array([x, y])
 
     def _force(
@@ -475,9 +469,6 @@ class Assembly:
     ) -> FloatArray:
         self._check(block)
         x, y = force
-        if not np.isfinite([x, y, moment, *(at or ())]).all():
-            position = "" if at is None else f" at {at!r}"
-            raise InputError(f"block {block}: its load must be finite, got {(x, y, moment)!r}{position}.")
         if at is not None:
             _, cx, cy, _ = mass_properties(self._polygons[block])
             moment += (at[0] - cx) * y - (at[1] - cy) * x

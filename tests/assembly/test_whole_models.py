@@ -1,16 +1,19 @@
 """Whole models of small scenes, number by number, against the lists in ``models/``."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from damagepred.assembly import wall_model
+from damagepred.assembly import Assembly, wall_model
+from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.cost_estimate import wall_cost
 from damagepred.assembly.half_geometry import half_geometry
 from damagepred.assembly.wall import footing_alone
-from damagepred.scene import Scene
+from damagepred.errors import InputError
+from damagepred.scene import BlockMaterial, Joint, Scene, Solver
 from tests.recorded import check_parts, parts_of
 
 LISTS = Path(__file__).parent / "models"
@@ -98,3 +101,64 @@ def test_fields_give_each_joint_its_own_strength() -> None:
     joints = len(wall_model(scene).joints.kind)
     fields = {key: np.linspace(low, 2.0 * low, joints) for key, low in (("joint.cohesion", 1e5), ("dpc.friction", 0.4))}
     check_parts(LISTS / "fields.txt", dict(parts_of(wall_model(scene, fields).properties)))
+
+
+def piled() -> Assembly:
+    """Four blocks on each other, the second of zones, with every kind of support and load."""
+    wall = Assembly(thickness=0.2, joint=Joint(), block=BlockMaterial(density=1800.0), gravity=(0.5, -9.0))
+    for i in range(4):
+        wall.add_block(rectangle(0.1 * i, 0.3 * i, 0.6 + 0.1 * i, 0.3 * i + 0.3), course=i, zone_size=0.15 * (i == 1))
+    wall.set_joint(3, 2, Joint(cohesion=9e4))
+    wall.set_joint_above(1, Joint(friction=0.3))
+    wall.bear(0, 0.1, width=0.05)
+    wall.bear(0, 0.5, Joint(normal_stiffness=1e9), width=0.1)
+    wall.support(0, rotation=False, y=False)
+    wall.hold_after_load(3, x=False)
+    wall.move(3, y=-2e-3, rotation=1e-3)
+    wall.strain(2, 2e-4)
+    wall.hold_points(1, lambda x, y: x < 0.11, x=lambda x, y: 1e-3 * y)
+    wall.traction(1, lambda x, y: x > 0.69, x=500.0, y=lambda x, y: 100.0 * y)
+    wall.traction(1, lambda x, y: x > 0.69, x=-50.0, live=True)
+    wall.set_velocity(2, x=0.1, rotation=0.2)
+    wall.load(2, x=30.0, moment=4.0)
+    wall.load(2, y=-20.0, at=(0.5, 0.9))
+    wall.push(3, x=7.0, at=(0.4, 1.2))
+    wall.push_body(x=0.1)
+    return wall
+
+
+def test_an_assembly_is_its_list() -> None:
+    model = piled().build(Solver(no_tension_subdivisions=2), span=0.5)
+    check_parts(LISTS / "assembly.txt", dict(parts_of([model, model.ground.states()], "model")))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (lambda wall: Assembly(gravity=(0.0, np.nan)), "gravity = .*2 values, each a finite number"),
+        (lambda wall: Assembly(thickness=-1.0), "thickness = -1.0"),
+        (lambda wall: Assembly().build(), "the assembly has no blocks"),
+        (lambda wall: wall.rest_on_ground([0], lambda x: x, growth=lambda x, f: x), "displacement or growth, not both"),
+        (lambda wall: wall.set_velocity(0, y=np.inf), "set_velocity: y = inf: must be a finite"),
+        (lambda wall: wall.push_body(y=np.nan), "push_body: y = nan: must be a finite"),
+        (lambda wall: wall.load(0, x=np.nan), "load: x = nan: must be a finite"),
+        (lambda wall: wall.push(0, y=1.0, at=(0.0, np.nan)), "push: at = .*finite"),
+        (lambda wall: wall.strain(0, np.nan), "strain = nan"),
+        (lambda wall: wall.load(4), "block 4"),
+        (lambda wall: wall.hold_points(2, lambda x, y: x < 9.0, x=0.0), "block 2: is rigid"),
+        (lambda wall: wall.hold_points(1, lambda x, y: x > 9.0, x=0.0), "block 1: none of its .* gridpoints"),
+        (lambda wall: wall.traction(1, lambda x, y: x > 9.0, x=1.0), "block 1: no edge of it"),
+        (lambda wall: wall.add_block(rectangle(0, 2, 1, 3), elastic=True), "elastic blocks and blocks of zones"),
+        (lambda wall: wall.support(1), "block 1: cannot be held as a whole and be deformable"),
+        (lambda wall: wall.add_block(rectangle(0.0, 0.1, 0.6, 0.3)), "overlap"),
+    ],
+)
+def test_a_wrong_assembly_is_refused(wrong: Callable[[Assembly], Any], words: str) -> None:
+    wall = piled()
+
+    def built() -> None:
+        wrong(wall)
+        wall.build()
+
+    with pytest.raises(InputError, match=words):
+        built()

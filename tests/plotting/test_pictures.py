@@ -54,6 +54,9 @@ def test_a_moving_picture_has_a_frame_per_increment_in_the_same_place(cracked, t
     with Image.open(save_animation(cracked, tmp_path / "new" / "wall.gif")) as film:
         assert film.n_frames == cracked.sizes["increment"]
         assert film.size[0] > 600
+        times = [(film.seek(frame), film.info["duration"])[1] for frame in range(film.n_frames)]
+        assert times == [200] * (film.n_frames - 1) + [2000]
+        assert film.info["loop"] == 0
     with pytest.raises(InputError, match=r"\.gif"):
         save_animation(cracked, tmp_path / "wall.mov")
 
