@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from damagepred.errors import InputError
-from damagepred.scene.number_table import read_number_table
+from damagepred.scene.number_table import Column, read_number_table
 
 
 def written(folder: Path, text: str | bytes) -> Path:
@@ -119,3 +119,9 @@ def test_a_workbook_without_openpyxl(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(pd, "read_excel", missing)
     with pytest.raises(InputError, match=r"damagepred\[excel\]"):
         read_number_table(written(tmp_path, b"PK\x03\x04"))
+
+
+def test_columns_are_known_by_name_synonym_or_name_with_unit(tmp_path: Path) -> None:
+    expected = {"movement": Column("m", others=("rise",)), "time": Column("year"), "share": Column("1")}
+    table = read_number_table(written(tmp_path, "Movement_mm,rise (cm),TIME (years),share_mm,movement_kN\n1,2,3,4,5\n"))
+    assert table.keys(expected) == ["movement", "movement", "time", None, None]

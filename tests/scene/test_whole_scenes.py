@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from damagepred.errors import InputError
 from damagepred.scene import Scene
 from damagepred.scene.assumed import assumed_seasons, assumed_slow_strains, ground_cautions, ground_line
 from damagepred.scene.plausibility import unlikely_values
@@ -159,3 +160,21 @@ def test_a_scene_is_its_list(name: str) -> None:
         parts |= parts_of([scene.rig.support_places(length), scene.rig.jack_places(length)], "rig.places")
     check_parts(LISTS / f"{name}.txt", parts)
     assert Scene.from_dict(scene.to_dict()) == scene
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "free"),
+    [
+        ("seasons", "movement.central_deflection", "movement.seasons.trend"),
+        ("seasons", "movement.stage.1.central_deflection", "movement.seasons.swing"),
+        ("soil_seasons", "mound.surface_movement", "soil_layer.1.shrink_swell_index"),
+        ("soil_seasons", "movement.seasons.swing", "movement.seasons.swing_share"),
+        ("soil_log", "mound.surface_movement", "suction.change"),
+    ],
+)
+def test_values_that_follow_from_others_are_refused(name: str, key: str, free: str) -> None:
+    scene = Scene.from_dict(SCENES[name])
+    with pytest.raises(InputError, match=f"'{key}': follows from other keys"):
+        scene.with_values({key: 0.01})
+    value = 1.5 * scene.numbers[free]
+    assert scene.with_values({free: value}).numbers[free] == value
