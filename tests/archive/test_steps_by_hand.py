@@ -1,6 +1,8 @@
 """Steps of reading and writing archives by hand: older versions, digests, checks and provenance."""
 
+import hashlib
 import re
+import zlib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -83,6 +85,10 @@ def test_a_digest_is_of_content_and_study(tmp_path: Path) -> None:
     file.write_bytes(content)
     sign(file, "0123456789abcdef")
     assert file.read_bytes() == signed(content, "0123456789abcdef")
+    sha256 = hashlib.sha256(content + b"0123456789abcdef").hexdigest()
+    crc32 = f"{zlib.crc32(content + b'0123456789abcdef'):08x}"
+    end = f"\n# crc32 {crc32} sha256 {sha256} study 0123456789abcdef\n"
+    assert file.read_bytes() == content + end.encode()
     assert signature(file) == signature(file, whole=True) == "0123456789abcdef"
     assert verified(file.read_bytes(), file) == (content, "0123456789abcdef")
     assert verified(content, file) == (content, None)
