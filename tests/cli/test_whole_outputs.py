@@ -37,7 +37,6 @@ COMMANDS = {
     "judge_study": "judge house.dp --plasterboard -o again.nc",
     "judge_full": "judge history.nc --measure band --full -o again.nc",
     "materials_json": "materials --json",
-    "plot": "plot part.dp -o pictures",
     "new": "new wall.toml",
     "new_template": "new wall.toml --template tree",
     "help": "--help",
