@@ -36,6 +36,8 @@ COMMANDS = {
     "judge": "judge door.nc --table bre251 -o again.nc",
     "judge_study": "judge house.dp --plasterboard -o again.nc",
     "judge_full": "judge history.nc --measure band --full -o again.nc",
+    "judge_gauge": "judge door.nc --measure band --band-gauge 0.3m --group-distance 0.4m --no-groups -o again.nc",
+    "materials": "materials",
     "materials_json": "materials --json",
     "new": "new wall.toml",
     "new_template": "new wall.toml --template tree",
