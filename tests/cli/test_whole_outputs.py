@@ -51,6 +51,7 @@ COMMANDS = {
 @pytest.mark.parametrize("name", COMMANDS)
 def test_an_output_is_its_list(name: str, command: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
     words = COMMANDS[name].split()
     synthetic_study(Path("house.dp"), 24)
     if "part.dp" in words:
