@@ -73,6 +73,7 @@ from damagepred.scene import (
     Support,
     Wall,
 )
+from damagepred.scene.house import require_one_wall
 
 ZONING = (
     "method",
@@ -206,6 +207,7 @@ def wall_geometry(scene: Scene) -> Geometry:
 
 
 def _cached(scene: Scene) -> WallGeometry:
+    require_one_wall(scene, "wall_model")
     course = None if scene.dpc is None else scene.dpc.course
     courses = len(gauge(scene).y) - 1
     if course is not None and course >= courses:
@@ -305,6 +307,7 @@ def footing_alone(scene: Scene, line_load: float = 0.0) -> Model:
     >>> assembly.footing_alone(scene, line_load=10e3).jacks.at.tolist()
     [1.5, 3.0, 4.5]
     """
+    require_one_wall(scene, "footing_alone")
     shape = foundation(scene)
     if shape is None or scene.movement.shape not in ("jacks", "mound"):
         raise InputError(

@@ -24,6 +24,7 @@ from damagepred.inputs.text import check_title
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Report, Scene
 from damagepred.scene.described import described
+from damagepred.scene.house import require_one_wall
 from damagepred.scene.material_library import material
 from damagepred.scene.plausibility import require_possible
 from damagepred.scene.quantity import Count, Duration, Pure, to_si
@@ -187,7 +188,9 @@ class StudySettings:
             for key in (key for key in _REMOVED if how.get(key)):
                 warnings.warn(f"{source}: [study] {key} has no effect: {_REMOVED[key]}; leave it out", stacklevel=4)
             tables = {**tables, "study": {key: value for key, value in how.items() if key not in _REMOVED}}
-        if isinstance(scene := tables.get("scene"), Scene) and scene.report is not None:
+        if isinstance(scene := tables.get("scene"), Scene):
+            require_one_wall(scene, f"{source}: a study")
+        if isinstance(scene, Scene) and scene.report is not None:
             scene, of_scene = copy(scene), plain(scene.report)
             object.__setattr__(scene, "report", None)
             head = tables.get("report", {})

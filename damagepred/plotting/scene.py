@@ -35,6 +35,7 @@ from damagepred.plotting.sheet import (
     verbatim,
 )
 from damagepred.scene import Load, Scene
+from damagepred.scene.house import require_one_wall
 from damagepred.scene.loading import force_of, strip_of
 from damagepred.scene.what_moves import PROFILE_POINTS, load_factors, turning_points, what_moves
 
@@ -72,6 +73,7 @@ def draw_scene(scene: Scene, ax: Axes | None = None) -> Axes:
     >>> ax.get_title(loc="left").splitlines()[1]
     'The middle of the ground goes down by 8 mm, to nothing at both ends'
     """
+    require_one_wall(scene, "draw_scene")
     bricks, length = lay_bricks(scene), scene.wall.length
     low = 0.0 if scene.footing_model == "none" else -scene.footing.depth
     reach = np.array([[0.0, low - 0.1 * length], [length, scene.wall.height + 0.08 * length]])

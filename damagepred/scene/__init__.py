@@ -2,11 +2,14 @@
 
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.dynamics import BaseMotion, Dynamics
+from damagepred.scene.house import House
 from damagepred.scene.loading import Load, Loading, Support
 from damagepred.scene.material_library import Material, masonry_library
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, HeadJointFactors, Joint, Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement, Stage
+from damagepred.scene.plan import Corner, PlanWall
+from damagepred.scene.plan_ground import PlanMound
 from damagepred.scene.rig import Rig
 from damagepred.scene.scene import Scene
 from damagepred.scene.seasons import Seasons, SeasonStep
@@ -29,6 +32,7 @@ __all__ = [
     "BaseMotion",
     "BlockMaterial",
     "ControlJoint",
+    "Corner",
     "Creep",
     "Damage",
     "Dpc",
@@ -36,6 +40,7 @@ __all__ = [
     "Footing",
     "HeadJoint",
     "HeadJointFactors",
+    "House",
     "Joint",
     "Load",
     "Loading",
@@ -44,6 +49,8 @@ __all__ = [
     "Mound",
     "Movement",
     "Opening",
+    "PlanMound",
+    "PlanWall",
     "ReinforcedConcrete",
     "Report",
     "Rig",

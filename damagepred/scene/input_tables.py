@@ -36,6 +36,10 @@ def with_input_tables(tables: Any, folder: Path) -> Any:
     """Tables of a scene with the numbers of their files, which are in ``folder``."""
     if not isinstance(tables, Mapping):  # the scene refuses it
         return tables
+    if isinstance(tables.get("wall"), list):
+        from damagepred.scene.plan_ground import with_levels
+
+        tables = with_levels(tables, folder)
     merged = {key: dict(content) if isinstance(content, Mapping) else content for key, content in tables.items()}
     if isinstance(layers := merged.get("soil_layer"), list):
         filed = [isinstance(layer, Mapping) and "file" in layer for layer in layers]

@@ -404,6 +404,11 @@ class Scene:
         return f"{'mound' if self.movement.shape == 'mound' else 'movement'}.{key}"
 
     @property
+    def moves_in_plan(self) -> str | None:
+        """Movement of the ground under a house, in a sentence; None for one wall."""
+        return None
+
+    @property
     def footing_model(self) -> Literal["none", "beam", "deformable"]:
         """Model of the footing: ``solver.footing``, by default from the movement's shape."""
         return self.solver.footing or ("none" if self.movement.prescribed else "beam")
@@ -446,6 +451,7 @@ class Scene:
         """
         in_metres, tables = profiles_in_metres(tables, folder), with_input_tables(tables, folder)
         scene = cls.from_dict(tables, source=source)
+        cls = type(scene)
         object.__setattr__(scene, "in_metres", in_metres)
         if scene.dynamics is not None:
             scene.dynamics.check_base()
@@ -476,7 +482,12 @@ class Scene:
         """
         from damagepred.scene.reading import build
 
-        tables = with_roof_in_all(tables)
+        if isinstance(tables, Mapping) and isinstance(tables.get("wall"), list | tuple):
+            from damagepred.scene.house import House, house_tables
+
+            cls, tables = House, house_tables(tables)
+        else:
+            tables = with_roof_in_all(tables)
         scene = build(cls, tables, source)
         scene._require_consistent(tables, source)
         return scene
@@ -524,12 +535,12 @@ class Scene:
             Path(path).write_text(text, encoding="utf-8")
         return text
 
-    @staticmethod
-    def takes_number(place: str) -> bool:
+    @classmethod
+    def takes_number(cls, place: str) -> bool:
         """Whether a key of a scene can be a real number, such as an optional one."""
         from damagepred.scene.reading import takes_number
 
-        return takes_number(Scene, place.split("."))
+        return takes_number(cls, place.split("."))
 
     def free_tables(self) -> dict[str, Any]:
         """``to_dict`` without the numbers determined by a soil log or seasons."""
@@ -582,13 +593,13 @@ class Scene:
             )
         return steps
 
-    @staticmethod
+    @classmethod
     @cache
-    def unit_of(place: str) -> str:
+    def unit_of(cls, place: str) -> str:
         """SI unit of a number by its key, ``"1"`` for a pure number."""
         from damagepred.scene.reading import unit_of
 
-        return unit_of(Scene, place.split("."))
+        return unit_of(cls, place.split("."))
 
     def with_values(self, values: Mapping[str, float]) -> Scene:
         """Copy with other numbers.
@@ -617,7 +628,7 @@ class Scene:
             table, key = full.split(".")
             for stage in tables["movement"]["stage"]:
                 stage[key] = float(values[full]) * (stage[key] / getattr(getattr(self, table), key))
-        scene = build(Scene, tables, source="sampled scene")
+        scene = build(type(self), tables, source="sampled scene")
         object.__setattr__(scene, "given", self.given)
         return scene
 
@@ -657,9 +668,11 @@ class Scene:
 
 def archived_scene(attributes: Mapping[str, Any], source: str = "the dataset's scene") -> Scene:
     """Scene in the attributes of a result, without checks of plausibility."""
+    from damagepred.scene.house import House
     from damagepred.scene.reading import build
 
-    return build(Scene, parse_toml(str(attributes["scene"]), source), source)
+    tables = parse_toml(str(attributes["scene"]), source)
+    return build(House if isinstance(tables.get("wall"), list) else Scene, tables, source)
 
 
 def step_names(items: Sequence[Any]) -> list[str]:

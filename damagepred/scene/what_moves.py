@@ -36,6 +36,8 @@ def turning_points(rise: FloatArray) -> list[int]:
 
 def what_moves(scene: Scene) -> str:
     """Place, direction and size of each movement of a scene, in a sentence."""
+    if (in_plan := scene.moves_in_plan) is not None:
+        return in_plan
     movement, mound, rig, length = scene.movement, scene.mound, scene.rig, scene.wall.length
     timed, sides = scene.dynamics, load_factors(scene)
     if movement.shape == "jacks":

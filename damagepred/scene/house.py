@@ -1,0 +1,227 @@
+"""House: walls in plan on joined strip footings, over one surface of the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from damagepred.arrays import FloatArray
+from damagepred.errors import InputError
+from damagepred.scene.described import described
+from damagepred.scene.materials import Loads
+from damagepred.scene.mound import Mound
+from damagepred.scene.movement import Kind, Movement
+from damagepred.scene.plan import Corner, Junction, PlanWall, junctions
+from damagepred.scene.plan_ground import REACTIVE, Outline, PlanMound, check_grid, drift, rise
+from damagepred.scene.scene import Scene
+from damagepred.scene.wall import Wall
+
+OF_EACH_WALL = ("opening", "control_joint", "load")
+"""Tables that a house has per wall."""
+ROOF = "loads.roof: belongs to one wall; write [wall.loads] roof = '3 kN/m' below its [[wall]]"
+POINTS_ALONG = 101
+"""Points of the ground along each wall, in the scene of the wall alone."""
+NOT_IN_A_HOUSE = ("support", "loading", "strain", "creep", "dynamics")
+"""Tables of one wall alone."""
+
+
+@described
+class House(Scene):
+    """Description of a house; its file has a ``[[wall]]`` per wall, and the other tables of a scene.
+
+    Each wall stays in its plane, with two displacements and a rotation per block, on its own strip footing on soil.
+    Walls that meet pass vertical shear (``[corner]``); footings that meet move up and down together. The ground is one
+    surface over the plan, which each wall reads along its axis.
+
+    Attributes
+    ----------
+    wall : sequence of PlanWall
+        The walls; corners and T-joints follow from their ends.
+    corner : Corner
+        Vertical shear between walls that meet.
+    mound : PlanMound
+        Surface of the ground.
+    movement : Movement
+        Movement of the ground; only ``shape = "mound"``.
+
+    Examples
+    --------
+    >>> from damagepred.scene import House
+    >>> walls = [{"name": "front", "start": [0, 0], "end": [6, 0]}, {"name": "side", "start": [6, 0], "end": [6, 4]}]
+    >>> house = House.from_dict({"wall": walls})
+    >>> house.junctions[0].point, house.scenes[1].wall.length
+    ((6.0, 0.0), 4.0)
+    """
+
+    wall: tuple[PlanWall, ...]  # type: ignore[assignment]
+    corner: Corner = Field(default_factory=Corner)
+    mound: PlanMound = Field(default_factory=PlanMound)
+    movement: Movement = Field(default_factory=lambda: Movement(shape="mound"))
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> House:
+        names = self.names
+        if not names:
+            raise ValueError("wall: is an empty list; give the walls of the house, each as [[wall]]")
+        if twice := [name for name in names if names.count(name) > 1]:
+            raise ValueError(f"wall: two walls have the name '{twice[0]}'; give each wall its own")
+        for name in OF_EACH_WALL:
+            if getattr(self, name):
+                raise ValueError(f"{name}: belongs to one wall; write it as [[wall.{name}]] below its [[wall]]")
+        for name in NOT_IN_A_HOUSE:
+            if getattr(self, name):
+                raise ValueError(f"{name}: a house has none; leave it out")
+        if self.loads.roof:
+            raise ValueError(ROOF)
+        if self.movement.shape != "mound":
+            raise ValueError(
+                f"movement.shape = '{self.movement.shape}': the footings of a house lie on soil whose surface moves; "
+                "take 'mound'"
+            )
+        solver = self.solver
+        if solver.footing == "deformable" or "deformable" in (solver.blocks, solver.above_dpc, solver.below_dpc):
+            raise ValueError("solver: a house has rigid or elastic bricks on beams; leave 'deformable' out")
+        _ = self.junctions
+        self._take_surface_movement()
+        self._ground_in_plan_fits()
+        _ = self.scenes
+        return self
+
+    def _ground_in_plan_fits(self) -> None:
+        mound, kind, outline = self.mound, self.movement.kind, self.outline
+        if self.movement.local == (mound.shape in REACTIVE):
+            words = "'dishing' or 'doming'" if mound.shape in REACTIVE else "'settle' or 'heave'"
+            raise ValueError(f"movement.kind = '{kind}': mound.shape = '{mound.shape}' goes with kind = {words}")
+        if self.soil_layer and mound.shape in ("corner", "tilt", "levels"):
+            raise ValueError(f"soil_layer: clay gives no movement with mound.shape = '{mound.shape}'; leave it out")
+        check_grid(mound, outline)
+        if mound.shape in REACTIVE and min(outline.size) > 0.0:
+            for axis, end in product((0, 1), outline):
+                on_side = [w for w in self.wall if max(abs(p[axis] - end[axis]) for p in (w.start, w.end)) < 1e-3]
+                length = sum(w.length for w in on_side)
+                if abs(length - outline.size[1 - axis]) > 1e-2:
+                    raise ValueError(
+                        f"mound.shape = '{mound.shape}': spans a rectangular outline; at {'xy'[axis]} = {end[axis]:g} "
+                        f"m walls cover {length:.4g} of {outline.size[1 - axis]:.4g} m. Give the surface as "
+                        "shape = 'levels'"
+                    )
+        if mound.shape == "corner" and mound.point is not None:
+            ends = np.array([end for w in self.wall for end in (w.start, w.end)])
+            away = np.hypot(*(ends - np.array(mound.point)).T)
+            if away.min() > 1e-3:
+                x, y = ends[away.argmin()]
+                raise ValueError(
+                    f"mound.point: lies {away.min():.4g} m off the nearest corner, ({x:g}, {y:g}) m; take that, or "
+                    "shape = 'pipe'"
+                )
+
+    @property
+    def moves_in_plan(self) -> str:
+        """Lowest and highest ground under the walls at full movement, in a sentence."""
+        share = np.linspace(0.0, 1.0, POINTS_ALONG)
+        moved = {w.name: 1e3 * self.surface(w.points(share * w.length)) for w in self.wall}
+        low, high = min(moved, key=lambda name: moved[name].min()), max(moved, key=lambda name: moved[name].max())
+        return (
+            f"The ground ({self.mound.shape}) moves by {moved[low].min():+.3g} mm under '{low}' to "
+            f"{moved[high].max():+.3g} mm under '{high}', up positive"
+        )
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the walls."""
+        return [wall.name for wall in self.wall]
+
+    @cached_property
+    def junctions(self) -> tuple[Junction, ...]:
+        """Places where two walls meet."""
+        return junctions(self.wall)
+
+    @cached_property
+    def outline(self) -> Outline:
+        """Rectangle around the axes of the walls."""
+        ends = np.array([end for wall in self.wall for end in (wall.start, wall.end)])
+        return Outline(tuple(ends.min(axis=0).tolist()), tuple(ends.max(axis=0).tolist()))
+
+    @cached_property
+    def scenes(self) -> tuple[Scene, ...]:
+        """Each wall as the scene of one wall, without the form of its ground."""
+        return tuple(self._scene_of(wall) for wall in self.wall)
+
+    def _scene_of(self, wall: PlanWall) -> Scene:
+        own = {name: getattr(wall, name) for name in OF_EACH_WALL}
+        own["loads"] = wall.loads or Loads()
+        own |= {"block": wall.block or self.block, "joint": wall.joint or self.joint}
+        own["head_joint"] = wall.head_joint or (self.head_joint if wall.joint is None else None)
+        common = {name: getattr(self, name) for name in ("dpc", "footing", "movement", "soil", "solver", "damage")}
+        try:
+            return Scene(
+                title=f"{self.title}: {wall.name}",
+                wall=Wall(**{field.name: getattr(wall, field.name) for field in fields(Wall)}),
+                mound=self._ground_along(wall),
+                **own,
+                **common,
+            )
+        except InputError as error:
+            raise ValueError(f"wall '{wall.name}': {str(error).removeprefix('Scene: ')}") from None
+
+    def _ground_along(self, wall: PlanWall) -> Mound:
+        """Ground along a wall at full movement, as a table."""
+        share, size = np.linspace(0.0, 1.0, POINTS_ALONG), self.mound.surface_movement
+        moved = rise(self.mound, wall.points(share * wall.length), self.outline, self.movement.kind)
+        fraction = moved / (self.movement.sign * size) if size > 0.0 else 0.0 * moved
+        return Mound(shape="table", surface_movement=size, table=tuple(zip(share.tolist(), fraction.tolist())))
+
+    def surface(self, points: FloatArray, factor: float = 1.0) -> FloatArray:
+        """Upward displacement (m) of the ground before the footings press it.
+
+        Parameters
+        ----------
+        points : array (..., 2)
+            Points in plan (m).
+        factor : float
+            Load factor, below 0 on the side opposite to ``movement.kind``.
+        """
+        return rise(*self._moved(points, factor))
+
+    def _drift(self, points: FloatArray, factor: float = 1.0) -> FloatArray:
+        """Horizontal displacement (m) of the ground (..., 2)."""
+        return drift(*self._moved(points, factor))
+
+    def _moved(self, points: FloatArray, factor: float) -> tuple[PlanMound, FloatArray, Outline, Kind]:
+        kind = self.movement.kind if factor >= 0.0 else self.movement.other
+        size = abs(factor) * self.mound.surface_movement
+        return replace(self.mound, surface_movement=size), points, self.outline, kind
+
+
+def require_one_wall(scene: Scene, what: str) -> None:
+    """Refuse a house; ``what`` names the function or command."""
+    if isinstance(scene, House):
+        raise InputError(
+            f"{what}: takes one wall yet, and the file has {len(scene.wall)} [[wall]]; `damagepred check` and "
+            "`damagepred solve` take a house"
+        )
+
+
+def house_tables(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables of a house with its kind of movement, and loads of the roof per length ("3 kN/m") in all (N)."""
+    from damagepred.scene.input_tables import with_roof_in_all
+    from damagepred.scene.plan import plan_length
+
+    if isinstance(loads := tables.get("loads"), Mapping) and loads.get("roof"):
+        raise InputError(ROOF)
+    walls = []
+    for wall in tables["wall"]:
+        length = plan_length(wall) if isinstance(wall, Mapping) else None
+        if length is not None and "loads" in wall:
+            both = with_roof_in_all({"wall": {"length": length}, "loads": wall["loads"]})
+            wall = {**wall, "loads": both["loads"]}
+        walls.append(wall)
+    movement = tables.get("movement", {})
+    given = {"movement": {"shape": "mound", **movement}} if isinstance(movement, Mapping) else {}
+    return {**tables, **given, "wall": walls}

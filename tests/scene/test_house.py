@@ -1,0 +1,166 @@
+"""Plan of a house: corners and T-joints, refusals, ground in two directions."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from damagepred.errors import InputError
+from damagepred.scene import House, Scene
+from damagepred.scene.plan_ground import drift
+
+
+def wall(name, start, end, **more):
+    return {"name": name, "start": start, "end": end, **more}
+
+
+TREE = {"mound": {"shape": "tree", "point": [-1, 0], "reach": 5}, "movement": {"kind": "settle"}}
+ELL = [wall("front", [0, 0], [6, 0]), wall("side", [6, 0], [6, 4])]
+
+
+def house(walls, **tables):
+    return Scene.from_dict({"wall": walls, **(tables or TREE)})
+
+
+def test_a_list_of_walls_is_a_house_and_a_table_a_scene():
+    assert isinstance(house(ELL), House)
+    assert type(Scene.from_dict({"wall": {"length": 6.0}})) is Scene
+
+
+def test_corners_and_tees_follow_from_the_plan():
+    walls = [*ELL, wall("cross", [2, 0], [2, "4000 mm"])]
+    made = house(walls)
+    places = {j.walls: (j.x, j.point, j.share) for j in made.junctions}
+    assert places == {(0, 1): ((6.0, 0.0), (6.0, 0.0), 1.0), (0, 2): ((2.0, 0.0), (2.0, 0.0), 1.0)}
+    star = [
+        wall("e", [0, 0], [2, 0]),
+        wall("n", [0, 0], [0, 2]),
+        wall("w", [-2, 0], [0, 0]),
+        wall("s", [0, -2], [0, 0]),
+    ]
+    assert [j.share for j in house(star).junctions] == [0.5] * 6  # of four walls, each pair has 2 / 4
+
+
+@pytest.mark.parametrize(
+    ("second", "words"),
+    [
+        (([3, -1], [3, 2]), r"'front' and 'b' cross at \(3, 0\) m, 3 m along 'front'"),
+        (([6.08, 0], [6.08, 3]), r"the end of 'front' at \(6, 0\) m leaves a gap of 80 mm .*'b'.*\(6.08, 0\) m"),
+        (([9, 0], [9, 3]), "'b' stands 3 m off 'front'"),
+        (([2, 0], [9, 0]), "'front' and 'b' lie on each other over 4 m"),
+        (([6, 0], [0, 0]), "'front' and 'b' lie on each other over 6 m"),
+        (([6, 0], [6, 0]), "start and end of wall 'b' are the same point"),
+    ],
+)
+def test_a_wrong_plan_is_refused_with_a_number(second, words):
+    with pytest.raises(InputError, match=words):
+        house([ELL[0], wall("b", *second)])
+
+
+@pytest.mark.parametrize(
+    ("walls", "tables", "words"),
+    [
+        ([], {}, "empty list"),
+        ([ELL[0], {**ELL[1], "name": "front"}], TREE, "two walls have the name 'front'"),
+        ([{**ELL[0], "name": "a b"}], TREE, "one word"),
+        ([{**ELL[0], "length": 5}], TREE, r"follows from start and end \(6 m\)"),
+        ([{**ELL[0], "lenth": 5}], TREE, "Did you mean 'length'"),
+        (ELL, {"movement": {"shape": "parabola"}}, "take 'mound'"),
+        (ELL, {**TREE, "opening": [{"x": 1, "y": 1, "width": 1, "height": 1}]}, r"\[\[wall.opening\]\]"),
+        (ELL, {**TREE, "loads": {"roof": "3 kN/m"}}, r"\[wall.loads\]"),
+        (ELL, {**TREE, "strain": {"growth": 1e-4}}, "strain"),
+        (ELL, {**TREE, "solver": {"blocks": "deformable"}}, "rigid or elastic"),
+        (ELL, {"mound": {"shape": "walsh"}}, r"at x = 0 m walls cover 0 of 4 m"),
+        (ELL, {"mound": {"shape": "tree"}, "movement": {"kind": "settle"}}, "point: is missing"),
+        (ELL, {"mound": TREE["mound"]}, "goes with kind = 'settle' or 'heave'"),
+        (ELL, {**TREE, "mound": {**TREE["mound"], "position": 2}}, "in plan take point"),
+        (ELL, {**TREE, "mound": {"shape": "corner", "point": [5, 0]}}, "1 m off the nearest corner"),
+        (
+            [{**ELL[0], "opening": [{"x": 5.5, "y": 1, "width": 1, "height": 1}]}],
+            TREE,
+            "wall 'front': .*outside the wall",
+        ),
+    ],
+)
+def test_a_house_refuses_what_it_does_not_do(walls, tables, words):
+    with pytest.raises(InputError, match=words):
+        Scene.from_dict({"wall": walls, **tables})
+
+
+def test_a_study_refuses_a_house(tmp_path):
+    from damagepred.campaign.settings import StudySettings
+
+    (tmp_path / "house.toml").write_text(house(ELL).to_toml())
+    (tmp_path / "study.toml").write_text('scene = "house.toml"\n[study]\nsamples = 2\n')
+    with pytest.raises(InputError, match="takes one wall yet, and the file has 2"):
+        StudySettings.from_toml(tmp_path / "study.toml")
+
+
+def test_a_house_is_written_and_read_and_its_numbers_have_keys():
+    opening = {"x": 1, "y": 0.9, "width": 1, "height": 1.2}
+    made = house([{**ELL[0], "loads": {"roof": "3 kN/m"}, "opening": [opening]}, ELL[1]])
+    assert made.scenes[0].loads.roof == 18e3
+    assert Scene.from_dict(tomllib.loads(made.to_toml())) == made
+    changed = made.with_values({"wall.front.opening.1.width": 0.8, "wall.side.thickness": 0.23, "corner.pressure": 1e4})
+    assert [s.wall.thickness for s in changed.scenes] == [0.11, 0.23]
+    assert changed.scenes[0].opening[0].width == 0.8
+    assert made.unit_of("wall.front.thickness") == "m"
+
+
+SQUARE = [
+    wall("a", [0, 0], [4, 0]),
+    wall("b", [4, 0], [4, 4]),
+    wall("c", [4, 4], [0, 4]),
+    wall("d", [0, 4], [0, 0]),
+]
+
+
+def test_mounds_of_clay_span_the_outline_in_both_directions():
+    mound = {"shape": "walsh", "edge_distance": 1.0, "surface_movement": "40 mm"}
+    both = house(SQUARE, mound=mound, movement={"kind": "doming"})
+    nearest = house(SQUARE, mound={**mound, "in_plan": "nearest_edge"}, movement={"kind": "doming"})
+    points = np.array([[2.0, 2.0], [2.0, 0.0], [0.0, 0.0], [0.5, 2.0]])
+    edge = 0.7 * 0.04
+    assert both.surface(points) == pytest.approx([0.0, -edge, -2 * edge, -edge / 4])
+    assert nearest.surface(points) == pytest.approx([0.0, -edge, -edge, -edge / 4])
+
+
+def test_each_wall_reads_the_mound_of_its_direction():
+    one = Scene.from_dict({"wall": {"length": 4.0}, "movement": {"shape": "mound", "kind": "doming"}})
+    x = np.linspace(0.0, 4.0, 9)
+    made = house(SQUARE, movement={"kind": "doming"})
+    along = made.surface(made.wall[1].points(x))
+    assert along - along[4] == pytest.approx(one.ground_rise(x), abs=1e-15)
+
+
+def test_points_axes_and_planes_of_ground():
+    at = np.array([[0.0, 0.0], [3.0, 4.0], [4.0, 0.0]])
+
+    def rise(**mound):
+        return house(SQUARE, mound={"surface_movement": 0.02, **mound}, movement={"kind": "settle"}).surface(at)
+
+    assert rise(shape="tree", point=[0, 0], reach=10) == pytest.approx([-0.02, -0.005, -0.02 * 0.36])
+    assert rise(shape="pipe", point=[0, 0], reach=8)[[0, 2]] == pytest.approx([-0.02, -0.01])
+    assert rise(shape="corner", point=[4, 0], reach=4) == pytest.approx([0.0, 0.0, -0.02], abs=1e-12)
+    assert rise(shape="tilt", direction=0) == pytest.approx([0.0, -0.015, -0.02])
+    assert rise(shape="tunnel", point=[0, 4], direction=0, reach=2) == pytest.approx(-0.02 * np.exp([-2.0, 0.0, -2.0]))
+    tunnel = house(
+        SQUARE,
+        mound={"shape": "tunnel", "point": [0, 4], "tunnel_depth": 8, "surface_movement": 0.02},
+        movement={"kind": "settle"},
+    )
+    moved = drift(tunnel.mound, at, tunnel.outline, "settle")
+    assert moved[:, 0] == pytest.approx(0.0)
+    assert moved[0, 1] == pytest.approx(0.02 * np.exp(-0.5) * 4 / 8)  # towards the axis
+
+
+def test_levels_of_a_grid_are_read_with_sign_and_size(tmp_path):
+    rows = "\n".join(f"{x};{y};{-2 * x - 3 * y}" for x in (0, 4) for y in (-1, 2, 5))
+    (tmp_path / "levels.csv").write_text(f"x (m);y (m);level (mm)\n{rows}\n")
+    text = house(SQUARE, mound={"shape": "pipe", "point": [0, 0]}, movement={"kind": "settle"}).to_dict()["wall"]
+    made = Scene.from_file_tables({"wall": text, "mound": {"shape": "levels", "levels": "levels.csv"}}, tmp_path, "f")
+    assert made.movement.kind == "settle"
+    assert made.surface(np.array([[1.0, 3.0], [4.0, 0.5]])) == pytest.approx([-0.011, -0.0095])
+    (tmp_path / "levels.csv").write_text("x (m);y (m);level (mm)\n0;0;0\n0;4;1\n2;0;2\n2;4;3\n")
+    with pytest.raises(InputError, match="go from x = 0 to 2 m, the house from 0 to 4 m"):
+        Scene.from_file_tables({"wall": text, "mound": {"shape": "levels", "levels": "levels.csv"}}, tmp_path, "f")
