@@ -294,6 +294,45 @@ VARIABLES: dict[str, Variable] = {
     "apex_limited": Variable(_SAMPLE, "1", "joints whose tensile strength was cut to cohesion over friction"),
 }
 
+BY_WALL = (
+    *CATEGORY_VARIABLES,
+    *("crack_width_max", "crack_width_worst", WORST_CATEGORY, "crack_band_width_max", "crack_count", "psi"),
+    *("base_crack_width_max", "dpc_opening_max", "dpc_separation_length", "dpc_slip_max", "footing_opening_max"),
+    *("footing_separation_length", "tilt_max", "slope_max", "base_slope_max", "central_deflection"),
+    *("deflection_ratio", "base_reaction", "control_joint_opening_max", "control_joint_closing_max"),
+)
+"""Results that a house has for each wall, as ``wall_<name>``; ``<name>`` is the largest of all walls."""
+OF_HOUSE = {
+    "wall": Variable(("wall",), "1", "wall of a house, a flag whose meanings are the names of the walls"),
+    **{
+        f"wall_{side}_{axis}": Variable(("wall",), "m", f"{side} of the wall's axis in plan, {axis}")
+        for side in ("start", "end")
+        for axis in "xy"
+    },
+    **{
+        f"{place}_wall": Variable((place,), "1", f"number of the wall of the {place}, from 0")
+        for place in ("block", "contact", "vertex", "opening", "section")
+    },
+    "damaged_walls": Variable(_STEP, "1", "number of walls of damage category 1 or more"),
+    "corner_x": Variable(("corner",), "m", "place in plan where two walls meet, x"),
+    "corner_y": Variable(("corner",), "m", "place in plan where two walls meet, y"),
+    "corner_first_wall": Variable(("corner",), "1", "number of the first of the two walls that meet, from 0"),
+    "corner_second_wall": Variable(("corner",), "1", "number of the second of the two walls that meet, from 0"),
+    "corner_shear_force": Variable(
+        (*_STEP, "corner"), "N", "vertical shear of the masonry: upward force of the first wall on the second"
+    ),
+    "corner_footing_force": Variable(
+        (*_STEP, "corner"), "N", "upward force of the first wall's footing on the second wall's footing"
+    ),
+    "corner_slip_max": Variable((*_STEP, "corner"), "m", "largest vertical slip of the masonry along the corner"),
+}
+for _name in BY_WALL:
+    _path = VARIABLES[_name]
+    OF_HOUSE[f"wall_{_name}"] = replace(
+        _path, dims=(*_path.dims, "wall"), long_name=f"{_path.long_name}, of each wall of a house"
+    )
+VARIABLES |= OF_HOUSE
+
 END_VARIABLES = (
     *CATEGORY_VARIABLES,
     *("crack_width_max", "crack_band_width_max", "dpc_opening_max", "footing_opening_max", "tilt_max", "slope_max"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 from damagepred.assembly.bond import courses_and_halves
 from damagepred.assembly.footing_beam import foundation
@@ -11,7 +11,7 @@ from damagepred.assembly.properties import no_tension_joint
 from damagepred.errors import InputError
 from damagepred.formatting import duration
 from damagepred.inputs.arguments import checked
-from damagepred.scene import Scene
+from damagepred.scene import House, Scene
 
 BLOCK_MEMORY, CONTACT_MEMORY, ZONE_MEMORY = 2e4, 200.0, 500.0
 """Memory of a block, contact and zone while a wall is solved (bytes)."""
@@ -150,6 +150,9 @@ def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
     >>> assembly.wall_cost(Scene.from_toml("wall.toml")).blocks
     116.0
     """
+    if isinstance(scene, House):
+        costs = [astuple(wall_cost(part, increments)) for part in scene.scenes]
+        return WallCost(*(sum(values) for values in zip(*costs)))
     solver, wall = scene.solver, scene.wall
     steps = 1.0 + (increments or scene.movement.increment_count)
     courses, halves, holes = courses_and_halves(scene)

@@ -11,6 +11,7 @@ import scipy
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.enumerations import MASONRY, ContactKind
+from damagepred.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,6 +96,8 @@ class JointMap:
     @classmethod
     def from_dataset(cls, ds: xr.Dataset, *, with_blocks: bool = False) -> JointMap:
         """Map of an archived wall; the blocks are found if requested, or if ``ends`` needs them."""
+        if "wall" in ds.dims:
+            raise InputError("the file has a house; take one wall out of it: damagepred.results.house.wall_dataset.")
         shape = (int(ds["contact_interface"].values[-1]) + 1, -1)
         x, y, length, kind = (ds[f"contact_{name}"].values.reshape(shape) for name in ("x", "y", "length", "kind"))
         normal = np.column_stack([ds[f"contact_normal_{axis}"].values.reshape(shape)[:, 0] for axis in "xy"])

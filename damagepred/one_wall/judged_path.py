@@ -11,11 +11,12 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model, wall_model
 from damagepred.assembly.brick_cracks import BrickWatch, bricks_break
+from damagepred.assembly.house import house_model
 from damagepred.damage import Frames, JointMap, Rules, SightLines, Verdict, judge
 from damagepred.enumerations import ContactState
 from damagepred.kernels.jit import CACHE
 from damagepred.runtime.one_thread import each_with_one_blas_thread, one_blas_thread
-from damagepred.scene import Damage, Dynamics, Scene, Solver
+from damagepred.scene import Damage, Dynamics, House, Scene, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.options import SolverOptions
 
@@ -27,7 +28,8 @@ class Step(NamedTuple):
     """One increment and its damage."""
 
     increment: Increment
-    verdict: Verdict  # its category is the highest once part of the wall has collapsed
+    verdict: Verdict  # its category is the highest once part of the wall has collapsed; of a house the largest values
+    walls: tuple[Step, ...] = ()  # of a house: the step of each wall
 
 
 class Gauges(NamedTuple):
@@ -81,11 +83,16 @@ def follow(
     joints = gauges(model).joints
     rules = Rules.from_settings(**asdict(damage))
     for increment in solve_path(model, solver, increments) if run is None else run:
-        cracked = increment.state == ContactState.CRACKED
-        verdict = judge(joints, increment.opening, increment.slip, cracked, rules)
-        if increment.collapsed:
-            verdict = verdict._replace(damage_category=rules.table.highest, damage_category_band=rules.table.highest)
-        yield Step(increment, verdict)
+        yield judged(joints, increment, rules)
+
+
+def judged(joints: JointMap, increment: Increment, rules: Rules) -> Step:
+    """Increment with its damage."""
+    cracked = increment.state == ContactState.CRACKED
+    verdict = judge(joints, increment.opening, increment.slip, cracked, rules)
+    if increment.collapsed:
+        verdict = verdict._replace(damage_category=rules.table.highest, damage_category_band=rules.table.highest)
+    return Step(increment, verdict)
 
 
 def follow_wall(
@@ -115,6 +122,8 @@ def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None) -> Mo
     """Model of a scene with the solver settings of its run."""
     settings = scene.solver if scene.dynamics is None else whole_interfaces(scene.solver)
     SolverOptions.of(settings)  # raises before the model is built
+    if isinstance(scene, House):
+        return house_model(replace(scene, solver=settings), fields)
     return wall_model(replace(scene, solver=settings), fields)
 
 

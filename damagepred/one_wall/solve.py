@@ -14,10 +14,12 @@ from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray
 from damagepred.assembly import NO_LIMITS, Assembly, Limits, wall_cost
 from damagepred.assembly.brick_cracks import bricks_break
+from damagepred.assembly.house import HouseModel
 from damagepred.enumerations import PathStatus
 from damagepred.errors import InputError, SolverError, require_count, require_one_of
 from damagepred.inputs.arguments import checked
 from damagepred.one_wall.dataset import collect, ending_attributes
+from damagepred.one_wall.house import collect_house, follow_house
 from damagepred.one_wall.judged_path import (
     Step,
     dynamic_run,
@@ -29,7 +31,7 @@ from damagepred.one_wall.judged_path import (
 )
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.runtime.time_limit import time_limit
-from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
+from damagepred.scene import Damage, Dynamics, House, Movement, Scene, Solver
 from damagepred.scene.plausibility import require_possible
 from damagepred.solvers.options import SolverOptions
 
@@ -52,12 +54,13 @@ def solve(
     store_zones: bool = True,
     limits: Limits = Limits(),  # noqa: B008 - frozen
 ) -> xr.Dataset:
-    """Solve one wall and return its path as a dataset.
+    """Solve one wall, or a house, and return its path as a dataset.
 
     Parameters
     ----------
     scene : Scene or Assembly
-        Wall.
+        Wall, or a ``House``: its dataset also has the dimensions ``wall`` and ``corner``, and ``block_wall`` has the
+        wall of each block; ``damagepred.results.house.wall_dataset`` takes out one wall.
     increments : int, optional
         Number of steps of the movement; by default the scene's, 20 for an assembly.
     solver, damage : Solver, Damage, optional
@@ -154,6 +157,8 @@ def _solve(
     status, message = PathStatus.COMPLETE, None
     if isinstance(scene, Scene) and bricks_break(described):
         path = follow_wall(described, fields, count, judged)
+    elif isinstance(model, HouseModel):
+        path = ((model, step) for step in follow_house(model, settings, judged, count))
     else:
         path = ((model, step) for step in follow(model, settings, judged, count, run))
     try:
@@ -185,6 +190,8 @@ def _solve(
     ending: dict[str, object] = {"status": status.value, "status_message": message, "solver_method": method}
     ending |= {name: getattr(settings, name) for name in (*TOLERANCES.values(), "snap_through_tolerance")}
     ending |= ending_attributes(model, steps[-1])
+    if isinstance(scene, House) and isinstance(model, HouseModel):
+        return collect_house(scene, model, steps, judged, settings, attributes | ending)
     ds = collect(model, steps, judged, settings, attributes | ending, store_zones)
     if "time" in ds and not is_dynamic(ds):
         ds["time"].attrs["units"] = "year"

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly import Model
 from damagepred.assembly.half_geometry import MIRRORED, HalfGeometry, MirrorImage, half_geometry
+from damagepred.assembly.house import HouseModel
 from damagepred.assembly.mesh import HalfMesh
 from damagepred.assembly.model import BlockLaw, Ground, Jambs, JointProperties, Supports
 from damagepred.assembly.section import Sections, Wires
@@ -102,9 +103,9 @@ class HalfModel(Model):
 def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetry) -> HalfModel | None:
     """Half of a wall that is its own mirror image; None for other walls, or with strained blocks.
 
-    Walls of deformable blocks with jacks, or loads or supports on single gridpoints, are not halved.
+    Walls of deformable blocks with jacks, or loads or supports on single gridpoints, and houses are not halved.
     """
-    if model.is_strained or (model.mesh is not None and not _loaded_by_block(model)):
+    if isinstance(model, HouseModel) or model.is_strained or (model.mesh is not None and not _loaded_by_block(model)):
         return None
     geometry = half_geometry(model.blocks, model.interfaces, model.elastic, model.mesh, options.rounding)
     if geometry is None or not _is_symmetric(model, geometry.mirror, options.rounding):

@@ -29,6 +29,8 @@ SIZES = {
     "gridpoint": 450,
     "zone_corner": 3,
     "group_count": 4,
+    "wall": 3,
+    "corner": 2,
 }
 COUNTS = (
     "increment newton_iterations cycles crack_count block_course vertex_block contact_interface contact_joint sample "

@@ -1,0 +1,160 @@
+"""Path of a house, judged wall by wall, and its dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.schema import BY_WALL, CATEGORY_VARIABLES, VARIABLES, category_attributes, dataset
+from damagepred.arrays import FloatArray
+from damagepred.assembly.house import HouseModel
+from damagepred.damage import Rules, Verdict
+from damagepred.one_wall.dataset import collect
+from damagepred.one_wall.judged_path import Step, gauges, judged
+from damagepred.runtime.one_thread import each_with_one_blas_thread, one_blas_thread
+from damagepred.scene import Damage, House, Solver
+from damagepred.solvers import Increment, solve_path
+
+PLACES = ("block", "contact", "vertex", "opening", "section")
+"""Dimensions along which the walls of a house follow each other."""
+NOT_OF_HOUSE = ("central_deflection", "deflection_ratio", "base_reaction")
+"""Results of each wall whose largest value says nothing about the house; the reaction is a sum."""
+
+
+@each_with_one_blas_thread
+def follow_house(model: HouseModel, solver: Solver, damage: Damage, increments: int) -> Iterator[Step]:
+    """Solve the path of a house and yield each increment with the damage of each wall."""
+    maps, rules = [gauges(wall).joints for wall in model.walls], Rules.from_settings(**asdict(damage))
+    for increment in solve_path(model, solver, increments):
+        fallen = _fallen(model, increment) if increment.collapsed else -1
+        parts = [replace(of_wall(model, increment, w), collapsed=w == fallen) for w in range(len(maps))]
+        walls = tuple(judged(joints, part, rules) for joints, part in zip(maps, parts))
+        yield Step(increment, _worst([step.verdict for step in walls]), walls)
+
+
+def of_wall(model: HouseModel, increment: Increment, number: int) -> Increment:
+    """Increment of one wall; diagnostics and energies are of the whole house."""
+    blocks, rows = slice(*model.unfolded.first_block[number : number + 2]), model.unfolded.rows[number]
+    fields: dict[str, Any] = {
+        name: None if (values := getattr(increment, name)) is None else values[blocks]
+        for name in ("displacement", "strain", "support_force")
+    }
+    contacts = ("opening", "slip", "normal_stress", "shear_stress", "state", "broken_at")
+    for name in contacts:
+        fields[name] = None if (values := getattr(increment, name)) is None else values[rows]
+    wall, moved = model.walls[number], fields["displacement"].ravel()
+    if wall.deflection is not None:  # of the segments of the footing, which are rigid
+        fields["deflection"] = float(wall.deflection[: moved.size] @ moved)
+    ground = wall.on_ground
+    fields["base_reaction"] = -float((wall.interfaces.contact_area * fields["normal_stress"])[ground].sum())
+    return replace(increment, **fields)
+
+
+def _fallen(model: HouseModel, increment: Increment) -> int:
+    """Number of the wall that has moved farthest."""
+    block = int(np.hypot(*increment.displacement[:, :2].T).argmax())
+    return int(np.searchsorted(model.unfolded.first_block, block, side="right")) - 1
+
+
+def _worst(verdicts: Sequence[Verdict]) -> Verdict:
+    """Largest values of all walls."""
+    groups = tuple(map(max, zip(*(v.crack_group_width for v in verdicts))))
+    largest = {name: max(getattr(v, name) for v in verdicts) for name in Verdict._fields}
+    return Verdict(**(largest | {"crack_group_width": groups}))
+
+
+@one_blas_thread()
+def collect_house(
+    house: House,
+    model: HouseModel,
+    steps: Sequence[Step],
+    damage: Damage,
+    settings: Solver,
+    attributes: Mapping[str, object],
+) -> xr.Dataset:
+    """Dataset of a house: blocks and contacts of all walls, results of each wall, corners."""
+    parts = []
+    for number, (wall, scene) in enumerate(zip(model.walls, house.scenes)):
+        part = collect(wall, [s.walls[number] for s in steps], damage, settings, attributes, False)
+        for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
+            if scene.opening:
+                part[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
+        parts.append(part)
+    names = dict.fromkeys(str(name) for part in parts for name in part.variables)
+    values: dict[str, Any] = {}
+    for name in names:
+        holders = [part for part in parts if name in part.variables]
+        arrays, dims = [part[name].values for part in holders], holders[0][name].dims
+        place = next((dim for dim in PLACES if dim in dims), None)
+        if place is not None:
+            values[name] = np.concatenate(arrays, axis=dims.index(place))
+        elif name in BY_WALL:
+            missing = np.full(arrays[0].shape, np.nan)
+            by_wall = [part[name].values if name in part.variables else missing for part in parts]
+            values[f"wall_{name}"] = np.stack(by_wall, axis=-1)
+            if name not in NOT_OF_HOUSE:
+                values[name] = np.nanmax(values[f"wall_{name}"], axis=-1)
+        else:
+            values[name] = arrays[0] if name != "crack_group_width" else np.max(arrays, axis=0)
+    for place in PLACES:
+        sizes = [part.sizes.get(place, 0) for part in parts]
+        if any(sizes):
+            values[f"{place}_wall"] = np.repeat(np.arange(len(parts)), sizes)
+    _number_on(values, "vertex_block", "vertex_wall", [m.n_blocks for m in model.walls])
+    _number_on(values, "contact_interface", "contact_wall", [len(m.interfaces.kind) for m in model.walls])
+    _number_on(values, "contact_joint", "contact_wall", [len(m.joints.kind) for m in model.walls])
+    values["base_reaction"] = values["wall_base_reaction"].sum(axis=-1)
+    values["damaged_walls"] = (values["wall_damage_category"] >= 1).sum(axis=-1)
+    values |= _plan(house) | _corner_values(model, steps, len(house.junctions))
+    ds = dataset(values, {**parts[0].attrs, "span": model.span, "mean_block_weight": model.mean_block_weight})
+    for name in ("displacement_share", "crack_share", "implausible"):
+        if name in ds.attrs:
+            ds.attrs[name] = max(part.attrs[name] for part in parts)
+    for name, count in (("apex", model.apex_limited), ("snap_back", model.snap_back_limited)):
+        ds.attrs[f"{name}_limited_joints"] = count
+    for shared in ds.variables.keys() & parts[0].variables.keys():
+        ds[shared].attrs.update(parts[0][shared].attrs)
+    ds["wall"].attrs = replace(VARIABLES["wall"], units=None, flags=tuple(house.names)).attributes()
+    table = Rules.from_settings(**asdict(damage)).table
+    for name in (f"wall_{category}" for category in CATEGORY_VARIABLES):
+        ds[name].attrs = category_attributes(table.category_names, f"{table.name}; {table.source}", name)
+    return ds
+
+
+def _number_on(values: dict[str, Any], name: str, wall: str, counts: Sequence[int]) -> None:
+    """Number blocks, interfaces or joints on from wall to wall."""
+    values[name] = values[name] + np.concatenate(([0], np.cumsum(counts)))[values[wall]]
+
+
+def _plan(house: House) -> dict[str, Any]:
+    """Names and ends of the walls, and the corners."""
+    ends = {
+        f"wall_{side}_{axis}": np.array([getattr(wall, side)[i] for wall in house.wall])
+        for side in ("start", "end")
+        for i, axis in enumerate("xy")
+    }
+    points = np.array([j.point for j in house.junctions]).reshape(-1, 2)
+    pairs = np.array([j.walls for j in house.junctions], dtype=np.int64).reshape(-1, 2)
+    corners = {"corner_x": points[:, 0], "corner_y": points[:, 1]}
+    numbers = {"corner_first_wall": pairs[:, 0], "corner_second_wall": pairs[:, 1]}
+    return {"wall": np.arange(len(house.wall), dtype=np.int8), **ends, **corners, **numbers}
+
+
+def _corner_values(model: HouseModel, steps: Sequence[Step], count: int) -> dict[str, FloatArray]:
+    """Vertical shear and slip at the corners."""
+    rows, pairs = model.unfolded.corner_rows, model.unfolded.corners
+    area = model.interfaces.contact_area[rows]
+    forces, slips = [], []
+    for step in steps:
+        force = (step.increment.shear_stress[rows] * area).sum(axis=1)
+        slip = np.abs(step.increment.slip[rows]).max(axis=1)
+        forces.append([np.bincount(pairs.junction, force * on, count) for on in (~pairs.on_footing, pairs.on_footing)])
+        largest = np.zeros(count)
+        np.maximum.at(largest, pairs.junction, np.where(pairs.on_footing, 0.0, slip))
+        slips.append(largest)
+    masonry, footing = np.moveaxis(np.array(forces), 1, 0)
+    return {"corner_shear_force": masonry, "corner_footing_force": footing, "corner_slip_max": np.array(slips)}

@@ -1,0 +1,247 @@
+"""A house against its parts, statics, a grillage of finite elements, and symmetry."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import damagepred
+from damagepred.assembly import wall_model
+from damagepred.assembly.footing_beam import UNLIMITED_STRENGTH
+from damagepred.assembly.house import NODE_STIFFNESS, NORMAL_SHARE, house_model
+from damagepred.enumerations import ContactKind
+from damagepred.results.house import wall_dataset, wall_names
+from damagepred.scene import Scene
+from damagepred.solvers import solve_path
+
+SMALL = {"height": 0.3, "bond": "stack"}
+TREE = {"shape": "tree", "point": [-0.5, 0], "reach": 4, "surface_movement": "6 mm"}
+SETTLES = {"kind": "settle", "increments": 2}
+
+
+def wall(name, start, end, **more):
+    return {"name": name, "start": start, "end": end, **SMALL, **more}
+
+
+def house(walls, mound=TREE, movement=SETTLES, **tables):
+    return Scene.from_dict({"wall": walls, "mound": mound, "movement": movement, **tables})
+
+
+def path(model, scene):
+    return list(solve_path(model, replace(scene.solver, symmetric_half=False), scene.movement.increments))
+
+
+def single(length, mound=None, **tables):
+    position = {"shape": "tree", "position": -0.5, "reach": 4, "surface_movement": "6 mm"}
+    movement = {"shape": "mound", **SETTLES}
+    return Scene.from_dict(
+        {"wall": {"length": length, **SMALL}, "mound": mound or position, "movement": movement, **tables}
+    )
+
+
+def test_a_house_of_one_wall_is_the_wall():
+    one, made = single(2.4), house([wall("a", [0, 0], [2.4, 0])])
+    for alone, in_house in zip(path(wall_model(one), one), path(house_model(made), made)):
+        assert np.array_equal(alone.displacement, in_house.displacement)
+        assert np.array_equal(alone.opening, in_house.opening)
+
+
+@pytest.mark.parametrize("blocks", ["rigid", "elastic"])
+def test_two_walls_in_one_line_are_the_wall_whose_middle_passes_vertical_shear_alone(blocks):
+    solver = {"solver": {"blocks": blocks}}
+    one = single(2.4, **solver)
+    whole = wall_model(one)
+    face, law = whole.interfaces, whole.properties
+    middle = (np.abs(face.x - 1.2) < 1e-9) & np.isin(face.kind, (ContactKind.HEAD_JOINT, ContactKind.FOOTING_SECTION))
+    assert middle.sum() == 5  # four courses and the footing
+    shear = np.where(face.kind == ContactKind.FOOTING_SECTION, NODE_STIFFNESS, one.joint.shear_stiffness)
+    cohesion = np.where(face.kind == ContactKind.FOOTING_SECTION, UNLIMITED_STRENGTH, one.joint.cohesion)
+    changes = {
+        "normal_stiffness": NORMAL_SHARE * shear,
+        "shear_stiffness": shear,
+        "tensile_strength": UNLIMITED_STRENGTH,
+        "cohesion": cohesion,
+        "friction": 0.0,
+        "residual_friction": 0.0,
+    }
+    law = law._replace(**{name: np.where(middle, value, getattr(law, name)) for name, value in changes.items()})
+    made = house([wall("a", [0, 0], [1.2, 0]), wall("b", [1.2, 0], [2.4, 0])], **solver)
+    model = house_model(made)
+    x = np.concatenate([m.blocks.x + shift for m, shift in zip(model.walls, (0.0, 1.2))])
+    of_whole, of_house = (np.lexsort(np.round(v, 6)) for v in ((whole.blocks.x, whole.blocks.y), (x, model.blocks.y)))
+    assert x[of_house] == pytest.approx(whole.blocks.x[of_whole])
+    for alone, joined in zip(path(replace(whole, properties=law), one), path(model, made)):
+        assert joined.displacement[of_house] == pytest.approx(alone.displacement[of_whole], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("mound", "kind"),
+    [
+        ({"shape": "pipe", "point": [0.6, 0.6], "reach": 0.9, "surface_movement": "8 mm"}, "settle"),
+        ({"shape": "walsh", "surface_movement": "20 mm"}, "doming"),
+    ],
+)
+def test_four_equal_walls_on_ground_of_fourfold_symmetry_do_the_same(mound, kind):
+    ends = [[0, 0], [1.2, 0], [1.2, 1.2], [0, 1.2], [0, 0]]
+    walls = [wall(name, ends[i], ends[i + 1], bond="running") for i, name in enumerate("abcd")]
+    made = house(walls, mound, {"kind": kind, "increments": 3})
+    ds = damagepred.solve(made)
+    moved = ds["block_displacement_y"].values.reshape(4, 4, -1)  # increments, walls, blocks
+    assert moved == pytest.approx(np.broadcast_to(moved[:, :1], moved.shape), abs=1e-8)
+    widths = ds["wall_crack_width_max"].values
+    assert widths == pytest.approx(np.broadcast_to(widths[:, :1], widths.shape), abs=1e-8)
+    assert ds.attrs["energy_error_share"] < 1e-2
+    assert (ds["damage_category"] == ds["wall_damage_category"].max("wall")).all()
+
+
+def test_tilt_of_the_whole_house_does_no_damage():
+    ends = [[0, 0], [1.92, 0], [1.92, 1.2], [0, 1.2], [0, 0]]
+    walls = [wall(name, ends[i], ends[i + 1]) for i, name in enumerate("abcd")]
+    walls.append(wall("cross", [0.72, 0], [0.72, 1.2]))
+    tilt = {"shape": "tilt", "direction": 30, "surface_movement": "10 mm"}
+    ds = damagepred.solve(house(walls, tilt, {"kind": "settle", "increments": 2}))
+    assert float(ds["crack_width_max"].max()) < 1e-8
+    force = ds["corner_shear_force"].values
+    assert force[-1] == pytest.approx(force[0], abs=0.5)  # N; the walls weigh 2 kN and more
+    assert float(ds["block_displacement_y"][-1].min()) < -9e-3
+
+
+def test_vertical_shear_at_corners_is_the_reaction_of_a_beam_on_two_supports():
+    # the ground settles under a wall with a door at one side, which hangs on two cross walls
+    beam = wall(
+        "beam", [0, 1], [1.92, 1], height=0.6, opening=[{"kind": "door", "x": 0.24, "width": 0.48, "height": 0.45}]
+    )
+    walls = [beam, wall("left", [0, 0], [0, 2]), wall("right", [1.92, 0], [1.92, 2])]
+    trough = [[x, y, 1.0 if y == 1 else 0.0] for x in (-1, 3) for y in (-1, 0.8, 1, 1.2, 3)]
+    mound = {"shape": "levels", "levels": trough, "surface_movement": "4 mm"}
+    made = house(walls, mound, SETTLES, corner={"cohesion": "10 MPa"})
+    model = house_model(made)
+    end = path(model, made)[-1]
+    length, n = 1.92, model.walls[0].n_blocks
+    weight, x = -model.walls[0].supports.load.reshape(-1, 3)[:, 1], model.walls[0].blocks.x
+    soil = model.walls[0].on_ground
+    rows, face = model.unfolded.rows[0][soil], model.walls[0].interfaces
+    pressure = -end.normal_stress[rows] * face.contact_area[soil]
+    at = face.x[soil, None] + face.contact_offset[soil] * face.normal_y[soil, None]
+    hanging = weight.sum() - pressure.sum()
+    right = ((weight * x).sum() - (pressure * at).sum()) / length
+    corner, area = model.unfolded.corner_rows, model.interfaces.contact_area
+    force = np.bincount(model.unfolded.corners.junction, (end.shear_stress[corner] * area[corner]).sum(axis=1), 2)
+    assert hanging > 0.3 * weight.sum()
+    assert n < model.n_blocks
+    assert -force == pytest.approx([hanging - right, right], abs=1e-3 * hanging)
+
+
+def grillage(lengths, joined, h, stiffness, shear, spring, weight, ground):
+    """Deflection of beams on springs: Timoshenko elements with nodes h apart that share deflections in pairs."""
+    counts = [round(length / h) + 1 for length in lengths]
+    first = np.concatenate(([0], np.cumsum(counts)))
+    matrix, load = np.zeros((2 * first[-1],) * 2), np.zeros(2 * first[-1])
+    phi = 12 * stiffness / (shear * h**2)
+    k = np.array(
+        [
+            [12, 6 * h, -12, 6 * h],
+            [6 * h, (4 + phi) * h**2, -6 * h, (2 - phi) * h**2],
+            [-12, -6 * h, 12, -6 * h],
+            [6 * h, (2 - phi) * h**2, -6 * h, (4 + phi) * h**2],
+        ]
+    )
+    for beam, count in enumerate(counts):
+        for i in range(count - 1):
+            dofs = 2 * (first[beam] + i) + np.arange(4)
+            matrix[np.ix_(dofs, dofs)] += stiffness / (h**3 * (1 + phi)) * k
+        for i in range(count):
+            node, share = 2 * (first[beam] + i), h * (0.5 if i in (0, count - 1) else 1.0)
+            matrix[node, node] += spring * share
+            load[node] += spring * share * ground(beam, i * h) - weight * share
+    for (a, x_a), (b, x_b) in joined:
+        one, other = (2 * (first[beam] + round(x / h)) for beam, x in ((a, x_a), (b, x_b)))
+        pair = np.ix_([one, other], [one, other])
+        matrix[pair] += 1e13 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    moved = np.linalg.solve(matrix, load)[::2]
+    return [moved[a:b] for a, b in pairwise(first)]
+
+
+def test_joined_footings_are_a_grillage():
+    # one soft course on the footings: weight without stiffness
+    soft = {"normal_stiffness": 1e7, "shear_stiffness": 1e5, "tensile_strength": 0.0, "cohesion": 0.0, "friction": 0.0}
+    walls = [wall("a", [0, 0], [2.4, 0], height=0.075), wall("b", [1.2, 0], [1.2, 1.8], height=0.075)]
+    mound = {"shape": "pipe", "point": [1.2, 1.8], "reach": 1.8, "surface_movement": "2 mm"}
+    footing = {"width": 0.3, "depth": 0.3, "segment_length": 0.06, "joint": {**soft, "normal_stiffness": 1e12}}
+    made = house(
+        walls, mound, SETTLES, footing=footing, joint=soft, corner={"control_joint": True}, soil={"friction": 0.0}
+    )
+    model = house_model(made)
+    end = path(model, made)[-1]
+    e, g, area = 7e9, 7e9 / 2.4, 0.3 * 0.3
+    load = 9.81 * (2130 * area + 2000 * 0.11 * 0.075)
+    stiffness = made.soil.stiffness("settle") * 0.3
+    fine = grillage(
+        [2.4, 1.8],
+        [((0, 1.2), (1, 0.0))],
+        0.015,
+        e * 0.3**4 / 12,
+        5 / 6 * g * area,
+        stiffness,
+        load,
+        lambda beam, x: float(made.surface(made.wall[beam].points(np.array(x)))),
+    )
+    apart = damagepred.assembly.house.house_model(replace(made, corner=replace(made.corner, join_footings=False)))
+    free = path(apart, made)[-1]
+    bend = max(np.ptp(moved) for moved in fine)
+    for number, moved in enumerate(fine):
+        blocks = model.walls[number].footing
+        x, v = model.walls[number].blocks.x[blocks], end.displacement[model.unfolded.first_block[number] + blocks, 1]
+        expected = np.interp(x, 0.015 * np.arange(len(moved)), moved)
+        assert v == pytest.approx(expected, abs=3e-3 * bend)
+        assert np.abs(free.displacement[model.unfolded.first_block[number] + blocks, 1] - expected).max() > 0.015 * bend
+
+
+def test_the_result_of_one_wall_is_taken_out_of_a_house(tmp_path):
+    from damagepred.archive.files import read_dataset, write_dataset
+
+    window = {"x": 0.48, "y": 0.15, "width": 0.48, "height": 0.15}
+    made = house([wall("a", [0, 0], [1.44, 0]), wall("b", [1.44, 0], [1.44, 1.44], opening=[window])])
+    ds = damagepred.solve(made)
+    write_dataset(ds, tmp_path / "house.nc")
+    kept = read_dataset(tmp_path / "house.nc")
+    assert wall_names(kept) == ["a", "b"]
+    one = wall_dataset(kept, "b")
+    alone = damagepred.solve(made.scenes[1])
+    assert set(alone.variables) == set(one.variables)
+    assert {name: alone[name].dims for name in alone.variables} == {name: one[name].dims for name in one.variables}
+    assert one["contact_x"].values == pytest.approx(alone["contact_x"].values)
+    assert one["opening_left"].values == pytest.approx([0.48])
+    assert float(one["crack_width_max"][-1]) == float(kept["wall_crack_width_max"][-1, 1])
+    with pytest.raises(damagepred.InputError, match="the house has a, b"):
+        wall_dataset(kept, "c")
+
+
+def test_loads_act_on_their_own_wall():
+    walls = [wall("a", [0, 0], [1.2, 0]), wall("b", [1.2, 0], [1.2, 0.96])]
+    loaded = [{**walls[0], "loads": {"roof": "2 kN/m"}}, {**walls[1], "load": [{"line_load": "3 kN/m", "y": 0.15}]}]
+    more = house_model(house(loaded)).supports.load - house_model(house(walls)).supports.load
+    first = house_model(house(walls)).unfolded.first_block
+    on_walls = np.add.reduceat(more.reshape(-1, 3)[:, 1], first[:-1])
+    assert on_walls == pytest.approx([-2.4e3, -2.88e3])
+
+
+def test_the_explicit_solver_agrees():
+    made = house([wall("a", [0, 0], [0.96, 0]), wall("b", [0.96, 0], [0.96, 0.96])], solver={"blocks": "rigid"})
+    end = path(house_model(made), made)[-1].displacement
+    explicit = replace(made, solver=replace(made.solver, method="explicit"))
+    slow = path(house_model(explicit), explicit)[-1].displacement
+    assert slow == pytest.approx(end, abs=2e-2 * np.abs(end).max())
+
+
+def test_a_corner_slides_at_its_cohesion_and_loses_it():
+    walls = [wall("a", [0, 0], [1.2, 0]), wall("b", [1.2, 0], [1.2, 1.2])]
+    mound = {"shape": "levels", "levels": [[x, y, float(y > 0)] for x in (-1, 2) for y in (-1, 0, 0.3, 2)]}
+    weak = {"cohesion": 5e3, "friction": 0.5, "pressure": 2e3, "join_footings": False}
+    area = 0.11 * 0.3
+    for brittle, limit in ((False, 6e3), (True, 1e3)):
+        made = house(walls, {**mound, "surface_movement": "8 mm"}, SETTLES, corner={**weak, "brittle": brittle})
+        ds = damagepred.solve(made)
+        assert abs(float(ds["corner_shear_force"][-1, 0])) == pytest.approx(limit * area, rel=1e-3)
+        assert float(ds["corner_slip_max"][-1, 0]) > 1e-3
