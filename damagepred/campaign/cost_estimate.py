@@ -23,7 +23,7 @@ from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import read_toml
 from damagepred.one_wall.judged_path import Step, matrix_bytes, model_of
 from damagepred.one_wall.solve import solve
-from damagepred.scene import Scene
+from damagepred.scene import House, Scene
 from damagepred.scene.accuracy import PRESETS, Measured, measured, preset
 from damagepred.scene.assumed import ground_line
 from damagepred.scene.scene import STUDY_KEYS
@@ -168,11 +168,18 @@ def estimate_cost(
         ground=ground,
         site=site,
         timed=tuple(timed),
-        wall=f"wall {mean.wall.length:.4g} m long, {mean.wall.height:.4g} m high, openings: {len(mean.opening)}, "
-        + ("no dpc" if mean.dpc is None else f"dpc on course {mean.dpc.course}"),
+        wall=_size(mean),
         moving=what_moves(mean),
         sampled=names,
     )
+
+
+def _size(scene: Scene) -> str:
+    """Size of a wall or house, for the screen."""
+    if isinstance(scene, House):
+        return f"house of {len(scene.wall)} walls, with {len(scene.junctions)} corners and T-joints"
+    wall, dpc = scene.wall, "no dpc" if scene.dpc is None else f"dpc on course {scene.dpc.course}"
+    return f"wall {wall.length:.4g} m long, {wall.height:.4g} m high, openings: {len(scene.opening)}, {dpc}"
 
 
 def _timed(

@@ -8,9 +8,12 @@ from typing import Literal, get_args
 from damagepred.archive.files import write_text
 from damagepred.errors import InputError
 
-Template = Literal["wall", "mound", "jacks", "control-joint", "seasons", "tree", "end-settlement", "soil-log", "survey"]
+Template = Literal[
+    "wall", "mound", "jacks", "control-joint", "seasons", "tree", "end-settlement", "soil-log", "survey", "house"
+]
 """Wall on ground of prescribed form; house on a mound of clay; wall on a rig; house with a control joint; wall over
-thirty years of seasons; tree at one end; end that settles; ground of a soil log; cracks and levels of a survey."""
+thirty years of seasons; tree at one end; end that settles; ground of a soil log; cracks and levels of a survey; walls
+in plan beside a tree, a scene."""
 VARIABLES = {"": "joints", "[scene.dpc]": "dpc"}
 """Files with variables that templates end with, by a line that a template must have."""
 FOLDER = Path(__file__).parent / "templates"
@@ -21,7 +24,8 @@ def template(name: Template, path: Path) -> str:
     if name not in get_args(Template):
         raise InputError(f"template = '{name}': must be one of {', '.join(get_args(Template))}.")
     text = _text(name)
-    text = "\n".join([text, *(_text(part) for line, part in VARIABLES.items() if f"\n{line}" in text)])
+    parts = {} if name == "house" else VARIABLES  # a scene
+    text = "\n".join([text, *(_text(part) for line, part in parts.items() if f"\n{line}" in text)])
     return text.replace("{name}", path.name).replace("{stem}", path.stem)
 
 

@@ -9,7 +9,7 @@ from damagepred.assembly import NO_LIMITS
 from damagepred.errors import SolverError
 from damagepred.one_wall.judged_path import follow, model_of, share_kernels
 from damagepred.one_wall.solve import solve
-from damagepred.scene import Loads, Movement, Scene
+from damagepred.scene import House, Loads, Movement, Scene
 
 
 def _small_on_the_ground(small: Scene, scene: Scene) -> Scene:
@@ -26,6 +26,8 @@ def _small_on_the_ground(small: Scene, scene: Scene) -> Scene:
 
 def warm_up(scene: Scene, rare: bool = True) -> None:
     """Compile the kernels for a scene, so that workers only load them; ``rare``: also kernels few walls need."""
+    if isinstance(scene, House):
+        scene = scene.scenes[0]
     # small, with joints that open, slide and break, so that all kernels are compiled
     small = replace(
         scene,

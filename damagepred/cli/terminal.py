@@ -588,10 +588,13 @@ def wall_table(ds: xr.Dataset) -> None:
     """Print the path of a wall, one line per increment."""
     from damagepred.archive.cautions import wall_cautions
     from damagepred.cli.sentences import zones_lines
+    from damagepred.results.house import is_house, wall_columns
     from damagepred.results.rejudge import footing_gap_note
     from damagepred.results.tables import Table, energy_rows, path_columns, quality_rows
 
     show(Table.brief(ds.attrs["title"], path_columns(ds)))
+    if is_house(ds):
+        show(Table.brief(f"walls at the end; damaged: {int(ds['damaged_walls'][-1])}", wall_columns(ds)))
     lines(zones_lines(ds))
     say("; ".join(" ".join(filter(None, row)) for row in quality_rows(ds)))
     if energy := energy_rows(ds):

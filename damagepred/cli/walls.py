@@ -19,11 +19,22 @@ if TYPE_CHECKING:
 def new(
     file: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],
     template: Annotated[
-        Literal["wall", "mound", "jacks", "control-joint", "seasons", "tree", "end-settlement", "soil-log", "survey"],
+        Literal[
+            "wall",
+            "mound",
+            "jacks",
+            "control-joint",
+            "seasons",
+            "tree",
+            "end-settlement",
+            "soil-log",
+            "survey",
+            "house",
+        ],
         typer.Option(
             "--template",
             help="Ground of prescribed form, clay of class H1, test rig, clay and a joint, thirty years, a tree at one "
-            "end, an end that settles, a soil log, or cracks and levels of a survey.",
+            "end, an end that settles, a soil log, cracks and levels of a survey, or walls in plan beside a tree.",
         ),
     ] = "wall",
 ) -> None:

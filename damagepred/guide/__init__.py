@@ -22,6 +22,7 @@ TOPICS = (
     "footing-and-ground",
     "seasons",
     "control-joints",
+    "a-house",
     "floors-and-beams",
     "from-cracks-to-causes",
     "from-probabilities-to-decisions",

@@ -19,7 +19,7 @@ from pydantic_core import PydanticUndefined
 from damagepred.archive.schema import VARIABLES
 from damagepred.archive.schema import Variable as ArchiveVariable
 from damagepred.campaign.settings import Sampling
-from damagepred.scene import Scene
+from damagepred.scene import Corner, PlanMound, PlanWall, Scene
 from damagepred.scene.quantity import Quantity
 from damagepred.solvers.options import option_classes
 from damagepred.uq.importance import Proposal
@@ -34,6 +34,9 @@ STUDY_TABLES: dict[str, type] = {
     '[variables."place".field]': JointField,
     '[[variables."place".components]]': Component,
 }
+
+HOUSE_TABLES: dict[str, type] = {"[[wall]]": PlanWall, "[corner]": Corner, "[mound] in plan": PlanMound}
+"""Tables of a house, with the keys that one wall lacks."""
 
 ADVANCED_TABLES = {f"[solver.advanced.{name}]": kind for name, kind in option_classes().items()}
 """Options of the algorithms, for experts."""
@@ -154,6 +157,7 @@ def keys_page() -> str:
     for head, kind in _scene_tables():
         heads.setdefault(kind, head)  # [footing.joint] has the keys of [joint]
     parts += [_table(head, kind) for kind, head in heads.items()]
+    parts += ["## A house\n", *(_table(head, kind, own=True) for head, kind in HOUSE_TABLES.items())]
     parts += ["## The study\n", "`[correlation]` has a table of partners for a variable, each with its correlation.\n"]
     parts += [_table(name, kind) for name, kind in STUDY_TABLES.items()]
     parts += ["## The algorithms, for experts\n", "Every archive records all of these as `solver_options`.\n"]
@@ -170,10 +174,10 @@ def archive_page() -> str:
     return "\n".join([ARCHIVE_HEAD, *parts])
 
 
-def _table(name: str, kind: type) -> str:
+def _table(name: str, kind: type, own: bool = False) -> str:
     """Section of one table: description and keys."""
     head, texts = described_fields(kind)
-    if kind is Component:
+    if own or kind is Component:
         shown = [f for f in dataclasses.fields(kind) if f.name in texts]
     else:
         for base in kind.__mro__[1:]:

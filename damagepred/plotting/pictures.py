@@ -32,13 +32,16 @@ from damagepred.plotting.footing import draw_dpc_opening, draw_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.geometry import has_zones
 from damagepred.plotting.history import draw_history
+from damagepred.plotting.house import draw_plan, draw_unfolded
 from damagepred.plotting.scene import draw_scene
 from damagepred.plotting.sheet import DPI, figure_of, new_figure, require, set_title, spread_evenly, title_of
 from damagepred.plotting.stress import stress_levels
 from damagepred.plotting.study import draw_category_shares
 from damagepred.plotting.wall import draw_wall
+from damagepred.results.house import is_house
 from damagepred.results.rejudge import shown_gaps
-from damagepred.scene import Scene
+from damagepred.scene import House, Scene
+from damagepred.scene.scene import archived_scene
 from damagepred.uq.fragility import fit_fragility
 
 MOST_FRAMES, FRAME_DPI, FRAME_TIME = 41, 80, 200
@@ -50,7 +53,7 @@ GOODNESS = 100
 
 @checked
 def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
-    """Draw one wall.
+    """Draw one wall, or a house: ``plan.png`` and ``unfolded.png``.
 
     ``wall.png``, ``dpc_opening.png``, ``opening_width.png`` if it has openings, ``history.png``, and ``cracks.png`` and
     ``stress_xx.png`` for a static path; of a footing that finds its own form ``footing.png``, and on jacks
@@ -84,6 +87,11 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     ['wall.png', 'dpc_opening.png', 'footing_opening.png']
     """
     check_output(folder)
+    if is_house(ds):
+        house = archived_scene(ds.attrs)
+        assert isinstance(house, House)
+        plan, unfolded = figure_of(draw_plan(house, ds)), figure_of(draw_unfolded(ds))
+        return _save_all({"plan.png": plan, "unfolded.png": unfolded}, folder)
     sheets = {"wall.png": figure_of(draw_wall(ds)), "dpc_opening.png": figure_of(draw_dpc_opening(ds))}
     if "footing" in shown_gaps(ds):
         sheets["footing_opening.png"] = figure_of(draw_dpc_opening(ds, bed="footing"))
@@ -144,7 +152,8 @@ def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]], levels: FloatArr
 def save_scene_picture(scene: Scene, path: Path) -> Path:
     """Drawing of a scene in a file, or as ``scene.png`` in a folder."""
     file = path if path.suffix.lower() in PICTURES and not path.is_dir() else path / "scene.png"
-    return _save_all({file.name: figure_of(draw_scene(scene))}, file.parent)[0]
+    ax = draw_plan(scene) if isinstance(scene, House) else draw_scene(scene)
+    return _save_all({file.name: figure_of(ax)}, file.parent)[0]
 
 
 @checked

@@ -111,7 +111,18 @@ def test_the_template_is_valid_and_never_overwrites(command: Run, tmp_path: Path
     assert (tmp_path / "house.toml").read_bytes() == before
 
 
-@pytest.mark.parametrize("name", get_args(Template))
+def test_the_template_of_a_house_is_a_scene_that_can_be_built(command: Run, tmp_path: Path) -> None:
+    from damagepred.assembly.house import house_model
+    from damagepred.scene import House, Scene
+
+    assert command("new", tmp_path / "house.toml", "--template", "house").code == 0
+    house = Scene.from_toml(tmp_path / "house.toml")
+    assert isinstance(house, House)
+    assert (house.names[0], len(house.junctions)) == ("front", 6)
+    assert house_model(house).n_blocks > 3000
+
+
+@pytest.mark.parametrize("name", [name for name in get_args(Template) if name != "house"])
 def test_each_template_describes_a_wall_that_can_be_built(command: Run, tmp_path: Path, name: str) -> None:
     from damagepred.one_wall.judged_path import model_of
     from damagepred.study import Study
