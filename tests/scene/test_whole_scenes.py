@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 from damagepred.errors import InputError
-from damagepred.scene import Scene
+from damagepred.scene import Joint, Movement, Scene
 from damagepred.scene.assumed import assumed_seasons, assumed_slow_strains, ground_cautions, ground_line
 from damagepred.scene.plausibility import unlikely_values
+from damagepred.scene.seasons import Seasons
 from damagepred.scene.what_moves import load_factors, turning_points, what_moves
-from tests.recorded import check_parts, parts_of
+from tests.recorded import check, check_parts, parts_of
 
 LISTS = Path(__file__).parent / "scenes"
 
@@ -178,3 +179,50 @@ def test_values_that_follow_from_others_are_refused(name: str, key: str, free: s
         scene.with_values({key: 0.01})
     value = 1.5 * scene.numbers[free]
     assert scene.with_values({free: value}).numbers[free] == value
+
+
+WRONG: list[dict[str, Any]] = [
+    {"wall": {"length": {"x": 1}}},
+    {"wall": 6.0},
+    {"wall": {"height": "tall", "thickness": -0.1}},
+    {"wall": {"length": "6 kg"}},
+    {"opening": {"x": 1.0}},
+    {"opening": [{"kind": "gate", "x": 1.0, "width": 1.0, "height": 1.0}]},
+    {"opening": [{"x": 5.5, "y": 0.9, "width": 1.0, "height": 1.0}]},
+    {"opening": [{"x": 1.0, "y": 0.9, "width": 1.0, "height": 1.0}, {"x": 1.5, "y": 0.9, "width": 1.0, "height": 1.0}]},
+    {"joint": {"tensile_strength": 0.453}},
+    {"joint": {"friction": 36.9}},
+    {"block": {"elastic_modulus": 9.0}},
+    {"dpc": {"course": 0}},
+    {"dpc": {"course": 99}},
+    {"movement": {"shape": "table", "table": [[0.0, 0.0], [0.6, 1.0], [0.4, 1.0], [1.0, 0.0]]}},
+    {"movement": {"shape": "table", "table": [[0.0, 0.0], [1.0, "one"]]}},
+    {"movement": {"kind": "sideways"}},
+    {"movement": {"shape": "trough", "settlement": 0.02}},
+    {"movement": {"seasons": SEASONS, "central_deflection": 0.009}},
+    {"movement": {"stage": [{"central_deflection": 1e-3}, {}]}},
+    {"footing": FOOTING | {"concrete": {"grade": "N99"}}},
+    {"footing": FOOTING | {"concrete": {"bottom": "3-L99TM"}}, "movement": {"shape": "mound"}},
+    {"movement": {"shape": "jacks"}, "rig": {"jacks": [9.0]}},
+    {"movement": {"shape": "loads"}, "load": [{"at": 0.1, "width": 1.0}], "loading": {"force": 1e3}},
+    {"solver": {"quadrature": "lobatto", "contacts_per_interface": 1}},
+    {"dynamics": {"base": [{"kind": "half_sine"}]}, "solver": {"method": "explicit"}},
+    {"strain": {"growth": 0.4}},
+    {"creep": {"relaxation_time": 2.0}},
+]
+
+
+def test_a_wrong_scene_has_its_sentence() -> None:
+    lines = []
+    for tables in WRONG:
+        with pytest.raises(InputError) as refused:
+            Scene.from_dict(tables)
+        lines += str(refused.value).splitlines()
+    check(LISTS / "refused.txt", lines)
+
+
+def test_python_is_refused_as_a_file_is() -> None:
+    with pytest.raises(InputError, match=r"Scene: joint\.tensile_strength = 0\.453 Pa: must be 0, or at least"):
+        Scene(joint=Joint(tensile_strength=0.453))
+    with pytest.raises(InputError, match=r"Scene: movement\.central_deflection = 0\.009: follows from"):
+        Scene(movement=Movement(seasons=Seasons(years=2, swing=0.01), central_deflection=0.009))
