@@ -53,6 +53,7 @@ SCENES: dict[str, dict[str, Any]] = {
         "footing": FOOTING | {"concrete": {"bottom": "3-L11TM", "top": "3-L8TM"}},
         "movement": {"shape": "mound"},
     },
+    "footing_zones": {"footing": FOOTING, "movement": {"shape": "mound"}, "solver": {"footing": "deformable"}},
     "test": {
         "movement": {"shape": "loads"},
         "load": [{"at": 0.3, "width": 0.2}, {"side": "left", "at": 0.2, "width": 0.1, "direction": "along"}],
