@@ -82,6 +82,10 @@ class JointPlaces(NamedTuple):
         return digest_.hexdigest()
 
 
+_TOLERANCE = 0.02
+"""Change of the correlations of a field (1) by which it may be made positive definite."""
+
+
 class _OneKind(NamedTuple):
     """Joints of one kind, the factors of the independent fields on them, and how these make up the fields (k, k)."""
 
@@ -104,9 +108,7 @@ class WallFields:
         fields: Mapping[str, JointField],
         marginals: Mapping[str, Marginal],
         factor: FloatArray,
-        correlation_tolerance: float = 0.02,
     ) -> None:
-        self._tolerance = correlation_tolerance
         self._names = tuple(names)
         self._fields = [fields[name] for name in names]
         self._normal = [_to_normals(name, marginals[name]) for name in names]
@@ -146,8 +148,8 @@ class WallFields:
             try:
                 if nugget_[k]:
                     matrix /= factor[k, k] ** 2
-                    triangles.append(_cholesky(matrix, self._tolerance / factor[k, k] ** 2))
-                elif np.abs(matrix).max() <= self._tolerance:  # this field follows from the earlier ones
+                    triangles.append(_cholesky(matrix, _TOLERANCE / factor[k, k] ** 2))
+                elif np.abs(matrix).max() <= _TOLERANCE:  # this field follows from the earlier ones
                     triangles.append(np.zeros_like(matrix, order="F"))
                 else:
                     raise linalg.LinAlgError

@@ -98,7 +98,8 @@ def test_a_sound_wall_has_none():
     assert damagepred.crack_profile(ds).sizes["piece"] == 0
 
 
-def test_tables_and_files(found: xr.Dataset, tmp_path: Path):
+def test_tables_and_files(wall: xr.Dataset, found: xr.Dataset, tmp_path: Path):
+    assert (found.attrs["title"], found.attrs["scene"]) == ("weak wall", wall.attrs["scene"])
     write_dataset(found, tmp_path / "cracks.nc")
     back = read_dataset(tmp_path / "cracks.nc")
     assert set(CRACK_VARIABLES) >= {n for n in back.variables if n not in ("increment", "central_deflection")}

@@ -18,12 +18,11 @@ from damagepred.uq.fragility import (
     capacities,
     fit_fragility,
     fit_lognormal,
-    stripes,
     stripes_from_counts,
 )
 from damagepred.uq.fragility.estimators import fit_grouped
 from damagepred.uq.fragility.fit import group_intervals
-from tests.uq.test_fragility import BETA, RATE, WIDTHS, fail, known, lognormal, study
+from tests.uq.test_fragility import BETA, RATE, WIDTHS, fail, known, study
 from tests.uq.test_fragility_single import study as single_study
 
 
@@ -147,17 +146,6 @@ def test_counts_at_fixed_movements_are_a_binomial_probit_model() -> None:
     )
     assert float(curve["median"]) == pytest.approx(fit.median, rel=1e-9)
     np.testing.assert_allclose(curve["empirical"].sel(intensity=movement, method="nearest"), hits / walls, atol=1e-9)
-
-
-def test_studies_at_one_movement_each_are_stripes() -> None:
-    random = np.random.default_rng(6)
-    studies = {m: study(lognormal(random, 8.0, 0.4, 80), end=m, increments=4) for m in (4.0, 8.0, 14.0)}
-    ds = stripes(studies)
-    assert ds.sizes["sample"] == 240
-    curve = fit_fragility(ds, categories=[1], bootstrap=0).isel(category=0)
-    assert float(curve["median"]) == pytest.approx(8.0, rel=0.12)
-    with pytest.raises(InputError, match="at least one movement"):
-        stripes({})
 
 
 @pytest.mark.parametrize(

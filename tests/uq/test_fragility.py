@@ -11,7 +11,7 @@ from scipy import optimize, stats
 
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
-from damagepred.uq.fragility import capacities, fit_fragility, fit_lognormal
+from damagepred.uq.fragility import fit_fragility, fit_lognormal
 
 COMPLETE, COLLAPSED, FAILED, MISSING = SampleStatus
 NAMES = "negligible very_slight slight moderate severe"
@@ -220,29 +220,6 @@ def test_walls_that_were_not_yet_damaged_must_count():
 # -- reading a study ---------------------------------------------------------------------------------------------------
 
 
-def test_capacities_lie_between_the_increments():
-    ds = study([[3.5], [4.0], [0.2], [99.0]], end=10.0, increments=10)
-    found = capacities(ds, 1)
-    assert found.lower.tolist() == [3.0, 3.0, 0.0, 10.0]
-    assert found.upper.tolist() == [4.0, 4.0, 1.0, np.inf]
-    assert not found.failed.any()
-    assert found.end.tolist() == [10.0] * 4
-
-
-def test_a_worse_category_counts_as_the_lesser_one_reached():
-    ds = study([[3.5, 3.6, 3.7, 7.2]], end=10.0, increments=10)
-    assert [capacities(ds, k).upper[0] for k in (1, 2, 3, 4)] == [4.0, 4.0, 4.0, 8.0]
-
-
-def test_missing_samples_are_left_out_and_collapsed_ones_count():
-    ds = study([[3.5], [4.5], [5.5], [6.5], [7.5]], end=10.0, increments=10)
-    ds["status"].values[:] = [COMPLETE, COLLAPSED, MISSING, COMPLETE, COMPLETE]
-    assert capacities(ds, 1).upper.tolist() == [4.0, 5.0, 7.0, 8.0]
-    curves = fit_fragility(ds, bootstrap=0)
-    assert int(curves["reached"].sel(category=1)) == 4
-    assert curves.attrs["samples"] == 4
-
-
 def fail(ds: xr.Dataset, wall: int, increment: int) -> None:
     """The wall's path ends before this increment; what is planned of the movement stays known."""
     ds["status"].values[wall] = FAILED
@@ -269,31 +246,6 @@ def test_failed_walls_give_bounds_on_either_side(lost: bool):
     assert curve.attrs["samples_failed"] == len(walls)
     assert int(curve["reached"] + curve["not_reached"]) == 80 - len(walls)
     assert curve["median_failed_damaged"] < curve["median"] < curve["median_failed_undamaged"]
-
-
-def test_bounds_are_those_of_undamaged_and_damaged_failures():
-    ds, walls = failing()
-    lower, upper, failed, _ = capacities(ds, 1)
-    assert np.flatnonzero(failed).tolist() == walls.tolist()
-    curve = fit_fragility(ds, categories=[1], bootstrap=0).isel(category=0)
-    # a wall that failed had not reached it by then; leaving it out would leave out the strong ones rather than the weak
-    assert float(curve["median"]) == pytest.approx(fit_lognormal(lower, upper).median)
-    assert fit_lognormal(lower[~failed], upper[~failed]).median < curve["median"] == pytest.approx(TRUTH, rel=0.06)
-    # undamaged: as if they had been followed to 20 mm and had not reached it
-    undamaged = fit_lognormal(np.where(failed, 20.0, lower), upper)
-    assert float(curve["median_failed_undamaged"]) == pytest.approx(undamaged.median)
-    # damaged: in the increment that could not be solved
-    damaged = fit_lognormal(lower, np.where(failed, lower + 1.0, upper))
-    assert float(curve["median_failed_damaged"]) == pytest.approx(damaged.median)
-
-
-def test_a_wall_that_failed_after_reaching_the_category_has_reached_it():
-    ds = study([[3.5, 7.5], [4.5, 8.5], [5.5, 9.5], [6.5, 6.9]], end=12.0, increments=12)
-    fail(ds, 0, 6)
-    assert capacities(ds, 1).upper.tolist() == [4.0, 5.0, 6.0, 7.0]
-    assert capacities(ds, 1).failed.tolist() == [False] * 4
-    assert capacities(ds, 2).failed.tolist() == [True, False, False, False]
-    assert capacities(ds, 2).lower[0] == 5.0
 
 
 @pytest.mark.parametrize(
@@ -330,21 +282,6 @@ def test_nan_at_the_movement_of_a_reached_category_is_refused():
 # -- what a reader gets ------------------------------------------------------------------------------------------------
 
 
-def test_kaplan_meier_by_hand():
-    """Five walls: reached at 2 and 4, ended unreached at 3 and 5, reached at 6.
-
-    S(2) = 4/5; one leaves at 3; S(4) = 4/5 * 2/3; one leaves at 5; S(6) = 0.
-    """
-    ds = study([[1.5], [3.5], [99.0], [99.0], [5.5]], end=np.array([6.0, 6.0, 3.0, 5.0, 6.0]), increments=6)
-    movement = ds["central_deflection"].values
-    ds["central_deflection"].values[2] = np.minimum(np.arange(7), 3)
-    ds["central_deflection"].values[3] = np.minimum(np.arange(7), 5)
-    ds["damage_category"].values[:] = (movement >= np.array([1.5, 3.5, 99, 99, 5.5])[:, None]).astype(np.int8)
-    curve = fit_fragility(ds, categories=[1], bootstrap=0, points=7).isel(category=0)
-    s2, s4 = 4 / 5, 4 / 5 * 2 / 3
-    np.testing.assert_allclose(curve["empirical"], [0, 0, 1 - s2, 1 - s2, 1 - s4, 1 - s4, 1], atol=1e-12)
-
-
 def test_bootstrap_is_the_same_for_the_same_seed_and_another_for_another():
     ds = study(known(np.random.default_rng(1), 40))
     first, again, other = (fit_fragility(ds, bootstrap=15, seed=s) for s in (4, 4, 5))
@@ -354,34 +291,6 @@ def test_bootstrap_is_the_same_for_the_same_seed_and_another_for_another():
     # and a category's band does not depend on which others are asked for
     alone = fit_fragility(ds, bootstrap=15, seed=4, categories=[3])
     np.testing.assert_array_equal(alone["probability_lower"][0], first["probability_lower"].sel(category=3))
-
-
-def test_the_dataset_is_documented():
-    ds = study(known(np.random.default_rng(1), 40), highest_category=4, seed=7)
-    curves = fit_fragility(ds, bootstrap=5, seed=3, confidence=0.8)
-    assert curves["category"].values.tolist() == [1, 2, 3, 4]
-    assert curves["category_name"].values.tolist() == NAMES.split()[1:]
-    assert curves["probability"].dims == ("category", "intensity")
-    assert curves["intensity"].attrs["units"] == "mm"
-    assert float(curves["intensity"][0]) == 0.0
-    assert float(curves["intensity"][-1]) == 60.0
-    for name, value in {
-        "confidence": 0.8,
-        "bootstrap_samples": 5,
-        "bootstrap_seed": 3,
-        "samples": 40,
-        "samples_failed": 0,
-        "seed": 7,
-        "intensity_measure": "central_deflection",
-        "curves_cross": 0,
-    }.items():
-        assert curves.attrs[name] == value, name
-    for name, variable in curves.data_vars.items():
-        assert name == "fit_status" or ("units" in variable.attrs and "long_name" in variable.attrs), name
-    probability = curves["probability"].sel(category=[2, 3, 4]).values
-    assert ((probability >= 0) & (probability <= 1)).all()
-    assert (np.diff(probability, axis=1) >= 0).all()
-    assert (probability[:-1] >= probability[1:] - 1e-9).all()  # one scatter: the curves do not cross
 
 
 def test_crossing_curves_are_flagged():

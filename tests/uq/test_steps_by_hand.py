@@ -23,6 +23,7 @@ from damagepred.uq.capacity import (
     without_damaged_at_start,
 )
 from damagepred.uq.estimate import mean, probability, wilson
+from damagepred.uq.fragility import normalised_weights
 from damagepred.uq.importance import Proposal, cross_entropy_shift, draw
 from damagepred.uq.marginals import Mixture, Table, breaks, from_normal
 from damagepred.uq.observations import (
@@ -106,6 +107,8 @@ def test_a_width_passes_its_limit_between_two_increments(widths: tuple, limit: f
 def test_a_mean_and_its_interval_by_student() -> None:
     values = np.array([1.0, 2.0, 4.0, 7.0, 8.0, 9.0, 3.0, 2.0])
     e = mean(values, confidence=0.8)
+    scaled = normalised_weights(np.array([0.25, 0.5, 0.0, 1.0]), np.array([1.0, 2.0, 3.0, np.inf]))
+    assert scaled.tolist() == pytest.approx([2 / 3, 4 / 3, 0.0, 8 / 3])
     half = stats.t.ppf(0.9, 7) * values.std(ddof=1) / np.sqrt(8)
     assert e == pytest.approx((4.5, values.std(ddof=1) / np.sqrt(8), 4.5 - half, 4.5 + half, 0.8, 8, 8.0))
     weight = np.array([1.0, 1, 1, 1, 0.5, 0.5, 2, 1])
@@ -284,6 +287,8 @@ def test_bounds_in_closed_form() -> None:
     assert lower < 0.3 < upper
     assert hoeffding_bounds(0.0, 50, 0.05) == pytest.approx((0.0, 1 - 0.05**0.02))
     assert hoeffding_bounds(1.0, 50, 0.05) == pytest.approx((0.05**0.02, 1.0))
+    assert hoeffding_bounds(0.99, 10, 0.05)[1] == 1.0  # no probability below 1 - 1e-12 can be excluded
+    assert hoeffding_bounds(0.01, 10, 0.05)[0] == 0.0
     values = np.random.default_rng(2).beta(2, 5, 60)
     bound = betting_lower_bound(values, 0.05)
     stakes = np.geomspace(1e-3, 1.0, 16)

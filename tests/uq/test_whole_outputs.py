@@ -8,6 +8,7 @@ import xarray as xr
 from scipy import special, stats
 from statsmodels.stats.proportion import proportion_confint
 
+from damagepred.errors import InputError
 from damagepred.uq.capacity import read_capacities
 from damagepred.uq.comparison import compare
 from damagepred.uq.fragility import fit_fragility, fit_lognormal, fit_surface, stripes, stripes_from_counts
@@ -283,6 +284,8 @@ def test_studies_as_stripes() -> None:
     assert ds["weight"].values.tolist() == [1, 1, 1, 0.5, 2]
     assert ds.attrs == alone.attrs
     assert "weight" not in stripes({4: paths})
+    with pytest.raises(InputError, match="at least one movement"):
+        stripes({})
 
 
 # -- surfaces ----------------------------------------------------------------------------------------------------------

@@ -69,23 +69,19 @@ def group_equal(columns: FloatArray) -> tuple[IntArray, IntArray]:
 
 
 @checked
-def normalised_weights(weight: FloatArray, upper: FloatArray, good: BoolArray | None = None) -> FloatArray:
+def normalised_weights(weight: FloatArray, upper: FloatArray) -> FloatArray:
     """Scale weights so that the walls which reached a category have weights that add up to their number.
 
     Parameters
     ----------
     weight, upper : array (walls,)
         Weights, and capacities' upper bounds, infinite where the category was not reached.
-    good : array of bool (walls,), optional
-        Walls that did not fail.
     """
-    require_alike(weight=weight, upper=upper, good=good)
+    require_alike(weight=weight, upper=upper)
     weight, upper = np.asarray(weight, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     if not (np.isfinite(weight).all() and (weight >= 0).all() and (weight > 0).any()):
         raise InputError("weight: must be finite, not negative, and not all 0.")
     reached = np.isfinite(upper) & (weight > 0)
-    if good is not None:
-        reached &= good
     total = float(weight[reached].sum())
     return weight * (reached.sum() / total) if total > 0 else weight
 
