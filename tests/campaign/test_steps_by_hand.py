@@ -118,13 +118,13 @@ def test_memory_of_zones_and_errors_of_presets() -> None:
 
     rows = [
         measured("widest crack", 0.02, 2.0, 0.03),
-        measured("widest crack", 0.01, 3.0),
+        measured("widest crack", 0.01, 2.5),
         measured("damage category", 1.0, 2.1),
     ]
-    assert _errors(rows) == "2-3 times the time of standard; widest crack 2 % (known to 3 %), damage category 1"
+    assert _errors(rows) == "2-2.5 times the time of standard; widest crack 2 % (known to 3 %), damage category 1"
     assert _errors(rows[::2]).startswith("2 times the time")
     assert _elsewhere("widest crack", rows).startswith(
-        "widest crack: error unknown on walls like it; on other walls (wall 2; wall 3) "
+        "widest crack: error unknown on walls like it; on other walls (wall 2; wall 2.5) "
     )
     assert _elsewhere("rotation", rows) == "rotation: error unknown, on no wall"
     assert Measured.__annotations__.keys() >= {"quantity", "error", "times", "floor", "wall"}

@@ -143,7 +143,7 @@ def test_a_table_may_carry_units_in_its_header_or_its_cells(tmp_path: Path) -> N
         ("joint.friction\nnan\n", "line 2, joint.friction = 'nan'"),
         ("joint.friction,joint.friction\n0.7,0.8\n", "named twice"),
         ("joint.cohesion [mm]\n0.7\n", r"column 'joint.cohesion \[mm\]': has the wrong kind of unit"),
-        ("joint.friction,weight\n0.7,-1\n", "weight = -1: must not be negative"),
+        ("joint.friction,weight\n0.7,0\n0.6,-1\n", "line 3, weight = -1: must not be negative"),
     ],
 )
 def test_an_invalid_table_is_refused_with_its_place(tmp_path: Path, text: str, message: str) -> None:
