@@ -1,5 +1,6 @@
 """Steps of results by hand: contacts of a model, errors, numbers in writing, and words of movements."""
 
+import dataclasses
 import pickle
 
 import numpy as np
@@ -7,11 +8,13 @@ import pytest
 import xarray as xr
 
 import damagepred
+from damagepred.damage import load_table
 from damagepred.errors import ConvergenceError, InputError, likely_unit, require_number, shown
 from damagepred.formatting import chance, duration, length, number, plain, quantity, ratio, with_band
 from damagepred.one_wall.judged_path import joint_map, model_of
 from damagepred.scene import Movement, Opening, Scene, Wall
 from damagepred.uq.intensity import attributes, movement_words, shown_measure
+from tests.results.test_rejudge import study
 
 SMALL = Scene(
     wall=Wall(length=1.44, height=0.45),
@@ -30,6 +33,21 @@ def test_joints_of_a_model_are_the_contacts_of_its_archive() -> None:
         np.testing.assert_allclose(getattr(joints, name), getattr(again, name))
     one = damagepred.judge_again(ds)
     np.testing.assert_array_equal(one["crack_width_max"], ds["crack_width_max"])
+
+
+def test_categories_by_band_are_the_archived_ones_only_under_the_archived_rules() -> None:
+    """The third band was found to be in category 4 along the path; new limits or rules take its width of 6 mm."""
+    ds = study([[0.05, 0.5, 2.0]], [[0.0, 0.0, 0.0]])
+    both = ("sample", "increment")
+    ds["crack_band_width_max"] = both, np.array([[0.05, 2.0, 6.0]]) * 1e-3
+    ds["damage_category_band"] = both, np.array([[0, 2, 4]], dtype=np.int8)
+    finer = dataclasses.replace(load_table("as2870"), limits=(0.04e-3, 0.1e-3, 3e-3, 7e-3))
+    for rules, band in (({}, [0, 2, 4]), ({"table": finer}, [1, 2, 3]), ({"count_rule": False}, [0, 2, 3])):
+        judged = damagepred.judge_again(ds, measure="band", **rules)
+        assert judged["damage_category"].values.tolist() == [band]
+        assert judged["damage_category_band"].values.tolist() == [band]
+        joint = damagepred.judge_again(ds, **rules)
+        assert joint["damage_category_band"].values.tolist() == [band]
 
 
 def test_errors_of_solvers_survive_the_trip_from_a_worker() -> None:
