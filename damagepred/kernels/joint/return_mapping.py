@@ -83,7 +83,7 @@ def return_mapping(parameters, cracked, kappa, e, shear, options):
         limit, decrease = shear_limit(p, cracked, integrity, sigma, sigma_e, damage_e, options)
     if trial < limit * (1.0 - options.yield_tolerance):
         return sigma, tau, sigma_e, 0.0, 0.0, k_s, 0.0, crushing, limit
-    if p.slip_weight > 0.0 and not is_open and (cracked or e <= p.tensile_strength / k_n):
+    if p.slip_weight > 0.0 and not is_open:
         return mixed_mode_return(p, cracked, kappa, e, shear, crushing, options)
     # plastic corrector: k_s (trial / k_s - t) = L(e - psi t)
     sign = 1.0 if tau >= 0.0 else -1.0
@@ -154,6 +154,8 @@ def mixed_mode_return(parameters, cracked, kappa, e, shear, crushing, options):
         if ellipse < limit:
             limit, limit_kappa = ellipse, 0.0
             limit_e = cap_slope(p, ellipse, sigma, sigma_e, options)
+        if limit <= 0.0:  # beyond the apex of the cone
+            limit, limit_kappa, limit_e = 0.0, 0.0, 0.0
         limit_t = beta * limit_kappa
         residual = trial - k_s * t - limit
         if abs(residual) <= options.relative_tolerance * (trial + abs(limit)):
@@ -169,8 +171,6 @@ def mixed_mode_return(parameters, cracked, kappa, e, shear, crushing, options):
                 t = 0.5 * (lower + upper)
     if e > 0.0 and integrity == 0.0:  # broken and open
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, shear, 0.0, 0.0
-    if limit <= 0.0 or t >= most:
-        return sigma, 0.0, sigma_e + kappa_e * sigma_kappa, 0.0, 0.0, 0.0, shear, crushing, 0.0
     # consistent tangent: derivatives of t by the implicit function theorem
     stiffness = k_s + limit_t
     t_shear, t_e = k_s / stiffness, -limit_e / stiffness

@@ -74,7 +74,7 @@ def kappa_before_slip(parameters, cracked, kappa, e):
 def updated_kappa(parameters, cracked, kappa, e, slip, dilatancy):
     """Kappa (m) of a softening bond after an increment, and whether the bond is softening."""
     if parameters.slip_weight > 0.0:
-        if cracked or (slip != 0.0 and e <= parameters.tensile_strength / parameters.normal_stiffness):
+        if cracked or slip != 0.0:
             return kappa_before_slip(parameters, cracked, kappa, e) + parameters.slip_weight * abs(slip), True
     elif cracked and parameters.critical_opening > 0.0:
         return kappa_before_slip(parameters, cracked, kappa, e - dilatancy), True
