@@ -31,14 +31,13 @@ def softened_bond_load(general, parameters, kappa, e, tau, no_strength):
 
 @law
 def _load_of_contact(p, options, plain, cracked, kappa, e, u_s, no_strength, block_stress):
-    """Load of the bond of a contact, 1 at its strength, 0 without bond.
-
-    A softening bond breaks in tension; if its shear is brittle, it breaks a second time where it would slide.
-    """
-    residual, w_c = p.residual_tensile_strength, p.critical_opening
-    if not plain and cracked and p.brittle_shear and kappa < w_c:
-        return softened_bond_load(options.general, p, kappa, e, p.shear_stiffness * u_s, no_strength)
-    if cracked and (plain or residual == 0.0 or kappa > 0.0 or w_c > 0.0):
+    """Load of the bond of a contact, 1 at its strength, 0 without bond or where it softens instead of breaking."""
+    residual = p.residual_tensile_strength
+    if not plain and p.critical_opening > 0.0:
+        breaks = p.brittle_shear and kappa < p.critical_opening
+        tau = p.shear_stiffness * u_s
+        return softened_bond_load(options.general, p, kappa, e, tau, no_strength) if breaks else 0.0
+    if cracked and (plain or residual == 0.0 or kappa > 0.0):
         return 0.0
     sigma = p.normal_stiffness * e
     if not plain and p.dilation > 0.0:  # the dilatancy of slip along the step reduces the tension
@@ -74,11 +73,11 @@ def bond_loads(active, interfaces, properties, options, ground, history, displac
 
 
 @law
-def _elastic_shear_limit(general, p, cracked, sigma, options):
+def _elastic_shear_limit(general, p, sigma, options):
     """Shear limit of a contact whose bond has not softened (Pa)."""
     if general is None:
         return coulomb_limit(p.cohesion, p.friction, sigma)
-    limit, _ = shear_limit(p, cracked, 1.0, sigma, 0.0, 0.0, options)
+    limit, _ = shear_limit(p, 1.0, sigma, 0.0, 0.0, options)
     return limit
 
 
@@ -105,9 +104,10 @@ def check_elastic(
             if p.gap > 0.0:
                 inelastic |= sigma < 0.0  # one closed contact is enough
                 continue
-            limit = _elastic_shear_limit(general, p, cracked, sigma, options)
+            limit = _elastic_shear_limit(general, p, sigma, options)
             inelastic |= abs(p.shear_stiffness * u_s) > limit
             inelastic |= sigma < -p.compressive_strength
+            inelastic |= p.critical_opening > 0.0 and sigma > p.tensile_strength
         slides[i] = inelastic
         count += inelastic
     return count, heaviest

@@ -22,7 +22,7 @@ def _soften(general, p, cracked, kappa, e, slip, dilatancy):
     after, softens = updated_kappa(p, cracked, kappa, e, slip, dilatancy)
     kappa_0, work, softened = p.tensile_strength / p.normal_stiffness, 0.0, 0.0
     if softens and p.slip_weight > 0.0:
-        opened = kappa_before_slip(p, cracked, kappa, e)
+        opened = kappa_before_slip(p, kappa, e)
         work = softening_work(p, opened) - softening_work(p, max(kappa, kappa_0))
         drop = secant_stiffness(p, opened, integrity_of(p, opened))
         drop -= secant_stiffness(p, after, integrity_of(p, after))

@@ -35,11 +35,11 @@ def cut_off_compression(parameters, sigma, sigma_e, options):
 
 
 @law
-def shear_limit(parameters, cracked, integrity, sigma, sigma_e, damage_e, options):
+def shear_limit(parameters, integrity, sigma, sigma_e, damage_e, options):
     """Shear limit L (Pa), negative beyond the apex of the cone, and its decrease with the opening, -dL/de (Pa/m)."""
     p = parameters
     cohesion, friction, damaging = p.cohesion, p.friction, 0.0
-    if cracked:
+    if integrity < 1.0:
         cohesion = degraded(integrity, p.cohesion, p.residual_cohesion)
         friction = degraded(integrity, p.friction, p.residual_friction)
         damaging = damage_e * coulomb_limit(p.cohesion - p.residual_cohesion, p.friction - p.residual_friction, sigma)

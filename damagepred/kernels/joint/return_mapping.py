@@ -43,7 +43,7 @@ def normal_law(parameters, cracked, kappa, e, damage_grows):
     ``e`` is the opening less dilatant opening (m).
     """
     k_n, f_t, w_c = parameters.normal_stiffness, parameters.tensile_strength, parameters.critical_opening
-    if not cracked:
+    if not cracked and (w_c == 0.0 or e <= f_t / k_n):
         return k_n * e, k_n, 1.0, 0.0
     if w_c > 0.0:
         reached = max(kappa, f_t / k_n)
@@ -72,7 +72,7 @@ def return_mapping(parameters, cracked, kappa, e, shear, options):
     crushing = min(e + p.elastic_closing, 0.0)
     tau = k_s * shear  # elastic predictor
     trial = abs(tau)
-    is_open = cracked and e > 0.0 and sigma == 0.0
+    is_open = e > 0.0 and sigma == 0.0
     if is_open and psi > 0.0 and w_c == 0.0 and kappa == 0.0:
         # it touched before: with the dilatancy of its slip it may still touch
         excess = trial - coulomb_limit(p.residual_cohesion, p.residual_friction, k_n * e)
@@ -80,23 +80,23 @@ def return_mapping(parameters, cracked, kappa, e, shear, options):
             sigma, sigma_e, is_open = k_n * e, k_n, False
     limit, decrease = 0.0, 0.0
     if not is_open:
-        limit, decrease = shear_limit(p, cracked, integrity, sigma, sigma_e, damage_e, options)
+        limit, decrease = shear_limit(p, integrity, sigma, sigma_e, damage_e, options)
     if trial < limit * (1.0 - options.yield_tolerance):
         return sigma, tau, sigma_e, 0.0, 0.0, k_s, 0.0, crushing, limit
     if p.slip_weight > 0.0 and not is_open:
-        return mixed_mode_return(p, cracked, kappa, e, shear, crushing, options)
+        return mixed_mode_return(p, kappa, e, shear, crushing, options)
     # plastic corrector: k_s (trial / k_s - t) = L(e - psi t)
     sign = 1.0 if tau >= 0.0 else -1.0
     if is_open:
         psi = 0.0  # an open contact does not dilate
     compliance = 1.0 / (k_s + decrease * psi)
     slipped = (trial - limit) * compliance
-    if psi > 0.0 and cracked and w_c > 0.0:
+    if psi > 0.0 and w_c > 0.0 and integrity < 1.0:
         # dilatancy closes the joint, which softens less: L is not linear in the slip
         for _ in range(options.dilatant_iterations):
             closer = e - psi * min(slipped, trial / k_s)
             sigma, sigma_e, integrity, damage_e = normal_law(p, cracked, kappa, closer, True)
-            limit, decrease = shear_limit(p, cracked, integrity, sigma, sigma_e, damage_e, options)
+            limit, decrease = shear_limit(p, integrity, sigma, sigma_e, damage_e, options)
             compliance = 1.0 / (k_s + decrease * psi)
             slipped += (trial - k_s * slipped - limit) * compliance
         sigma += sigma_e * psi * slipped  # extrapolated to e along the tangent
@@ -119,7 +119,7 @@ def return_mapping(parameters, cracked, kappa, e, shear, options):
 
 
 @rule
-def mixed_mode_return(parameters, cracked, kappa, e, shear, crushing, options):
+def mixed_mode_return(parameters, kappa, e, shear, crushing, options):
     """Mixed-mode softening by slip t: Newton's method for k_s (|shear| - t) = L(e, kappa + beta t).
 
     Where the shear limit L falls faster with slip than k_s, the bond snaps back: its integrity drops to 0.
@@ -127,8 +127,8 @@ def mixed_mode_return(parameters, cracked, kappa, e, shear, crushing, options):
     p = parameters
     k_n, k_s, f_t = p.normal_stiffness, p.shear_stiffness, p.tensile_strength
     w_c, beta = p.critical_opening, p.slip_weight
-    start = kappa_before_slip(p, cracked, kappa, e)
-    kappa_e = 1.0 if cracked and e >= start else 0.0  # derivative of kappa with the opening
+    start = kappa_before_slip(p, kappa, e)
+    kappa_e = 1.0 if e >= start else 0.0  # derivative of kappa with the opening
     sign, trial = 1.0 if shear >= 0.0 else -1.0, abs(k_s * shear)
     most = trial / k_s
     exhausting = max((w_c - start) / beta, 0.0) * (1.0 + 1e-12)  # slip that leaves b = 0, rounding included
@@ -253,7 +253,7 @@ def plain_tresca_return(parameters, bound, cracked, e, shear):
 @law
 def general_tresca_return(parameters, cracked, kappa, bound, e, shear, options):
     """Stresses and tangent (nn, ns, sn, ss) in the Tresca problem; damage is constant."""
-    softens = cracked or (kappa > 0.0 and parameters.slip_weight > 0.0)
+    softens = cracked or kappa > 0.0
     sigma, sigma_e, _, _ = normal_law(parameters, softens, kappa, e, False)
     sigma, sigma_e = cut_off_compression(parameters, sigma, sigma_e, options)
     k_s = parameters.shear_stiffness

@@ -64,21 +64,23 @@ def degraded(integrity, intact, residual):
 
 
 @law
-def kappa_before_slip(parameters, cracked, kappa, e):
-    """Kappa (m) at an opening, before further slip."""
-    kappa_0 = parameters.tensile_strength / parameters.normal_stiffness
-    return max(kappa, e, kappa_0) if cracked else kappa_0
+def kappa_before_slip(parameters, kappa, e):
+    """Kappa (m) at an opening, before further slip; kappa_0 while the bond is intact."""
+    return max(kappa, e, parameters.tensile_strength / parameters.normal_stiffness)
 
 
 @law
 def updated_kappa(parameters, cracked, kappa, e, slip, dilatancy):
     """Kappa (m) of a softening bond after an increment, and whether the bond is softening."""
+    if parameters.critical_opening == 0.0:
+        return kappa, cracked
     if parameters.slip_weight > 0.0:
-        if cracked or slip != 0.0:
-            return kappa_before_slip(parameters, cracked, kappa, e) + parameters.slip_weight * abs(slip), True
-    elif cracked and parameters.critical_opening > 0.0:
-        return kappa_before_slip(parameters, cracked, kappa, e - dilatancy), True
-    return kappa, cracked
+        after = kappa_before_slip(parameters, kappa, e) + parameters.slip_weight * abs(slip)
+    else:
+        after = kappa_before_slip(parameters, kappa, e - dilatancy)
+    if cracked or after > parameters.tensile_strength / parameters.normal_stiffness:
+        return after, True
+    return kappa, False
 
 
 @law

@@ -29,6 +29,11 @@ class BondFailures:
         plain = (law.residual_tensile_strength == 0) & (law.critical_opening == 0)
         self._dilates = ((law.dilation > 0) & plain)[:, None]
         self._fails_in_shear = (law.brittle_shear & (law.critical_opening > 0))[:, None]
+        softens, kappa_0 = law.critical_opening > 0, law.tensile_strength / law.normal_stiffness
+        area = model.interfaces.contact_area[softens]
+        self._softens, self._kappa_0 = softens, kappa_0[softens, None]
+        self._share_per_opening = area / (area.sum(axis=1) * (law.critical_opening - kappa_0)[softens])[:, None]
+        self._longest = (law.critical_opening - kappa_0)[softens, None]
         self.can_reclose = bool(self._recloses.any())
         self.depend_on_stress = bool((self._dilates | self._fails_in_shear).any())
 
@@ -49,14 +54,18 @@ class BondFailures:
             broken.ravel()[weak] = True
         return broken
 
-    def wear(
-        self, model: Model, broken: BoolArray, load: FloatArray, sigma: FloatArray, history: JointHistory
-    ) -> float:
+    def wear(self, model: Model, broken: BoolArray, sigma: FloatArray, history: JointHistory) -> float:
         """End dilatancy of bonds that break open, and the integrity of bonds that slip breaks; its dissipation (J)."""
         history.kappa[broken & self._dilates & (sigma > 0.0)] = np.inf  # open: no more dilatancy
-        least = load * (1.0 - self.options.simultaneous_failures) * model.properties.tensile_strength[:, None]
-        sheared = broken & self._fails_in_shear & ~((sigma >= least) & ~history.cracked)
+        sheared = broken & self._fails_in_shear
         return float(break_in_shear(sheared, model.interface_records, model.joint_parameters, history))
+
+    def damage(self, history: JointHistory) -> float:
+        """Softened joints (1): sum of the shares of the critical opening that they have reached."""
+        if not self._kappa_0.size:
+            return 0.0
+        beyond = np.clip(history.kappa[self._softens] - self._kappa_0, 0.0, self._longest)
+        return float((beyond * self._share_per_opening).sum())
 
     def record(self, state: State, bonds: IntArray | None = None) -> None:
         """Record the load factor at which bonds (flat indices; by default all) failed since the last call."""

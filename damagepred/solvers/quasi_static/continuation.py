@@ -128,8 +128,7 @@ class Continuation:
     def fail_bonds(self, state: State, heaviest: float) -> IntArray:
         """Fail the most loaded bonds; return those, as flat indices, that lost the residual strength of a crack.
 
-        A softening bond that reaches its tensile strength only begins to soften. Slip breaks all of it if its shear is
-        brittle. Tension comes first where tension and shear reach their limits together.
+        A bond that softens in tension fails only if its shear is brittle: then slip breaks all of it.
         """
         bonds, equilibrium, cracked = self.bonds, self.equilibrium, state.history.cracked.ravel()
         broken = bonds.fail_together(equilibrium.bond_load, heaviest, cracked)
@@ -139,7 +138,7 @@ class Continuation:
         again = failed[cracked[failed]]
         if bonds.depend_on_stress:
             _, sigma, _ = self.stresses(state)
-            work = bonds.wear(self.model, broken, equilibrium.bond_load, sigma, state.history)
+            work = bonds.wear(self.model, broken, sigma, state.history)
             self.balance.add_mode_1_dissipation(work)
         state.history.kappa.ravel()[again], cracked[failed] = np.inf, True
         bonds.record(state, failed)
@@ -158,6 +157,7 @@ class Continuation:
         reaction = self._support_power(state)
         sections = None if model.sections is None else self.equilibrium.section_response(state)
         self.balance.add(state, joints, on_ground, yielding, reaction, unstable, snapped, superelements, sections)
+        self.balance.damage = self.bonds.damage(state.history)
 
     def _support_power(self, state: State) -> float:
         """Return the work of the moving supports per load factor (J)."""

@@ -54,6 +54,7 @@ class EnergyBalance:
     section_error: float = 0.0
     largest_work: float = 0.0  # largest absolute external work up to now
     residual_work: float = 0.0  # bound of the work of the residual in the last step
+    damage: float = 0.0  # joints whose bond has softened: sum of shares (1)
 
     def __copy__(self) -> EnergyBalance:
         """Return a copy that shares its arrays, which are never changed."""

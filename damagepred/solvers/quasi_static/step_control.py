@@ -25,6 +25,8 @@ MAXIMUM_EVENT_SHARE = 0.95
 """Largest share of a step to the interpolated event (1)."""
 MINIMUM_EVENT_STEP = 1e-5
 """Step, over the increment, within which all bonds fail at its end (1)."""
+DAMAGE_GROWTH = 1.0
+"""Joints whose bond may soften to 0 in one step (1)."""
 SHORTEST_CUT = 0.1
 """Least factor from one step to the next (1)."""
 STEP_GROWTH = 4.0
@@ -33,7 +35,7 @@ STEP_GROWTH = 4.0
 
 @dataclass(frozen=True)
 class EnergyControl:
-    """Step control by the energy balance.
+    """Step control by the energy balance, and by the damage of softening bonds (Gutierrez 2004).
 
     Between two equilibria joints open and slide. Work by the trapezoidal rule and dissipation by the return mapping
     (backward Euler) are wrong there by second order of the step: the imbalance measures it. A step whose imbalance is
@@ -53,7 +55,11 @@ class EnergyControl:
         options = self.options
         allowed = max(options.step_share * self.tolerance * after.largest_work, after.residual_work)
         factor = options.safety * float(np.sqrt(allowed / error)) if error > 0.0 else np.inf
-        return step * (max(factor, SHORTEST_CUT) if error > allowed else min(max(factor, 1.0), STEP_GROWTH))
+        growth = after.damage - before.damage
+        if growth > 0.0:
+            factor = min(factor, options.safety * DAMAGE_GROWTH / growth)
+        longer = error <= allowed and growth <= DAMAGE_GROWTH
+        return step * (min(max(factor, 1.0), STEP_GROWTH) if longer else max(factor, SHORTEST_CUT))
 
 
 @dataclass
