@@ -143,7 +143,7 @@ def test_bond_loads_are_those_of_the_present_state(law: dict, monkeypatch: pytes
     wall = Wall(length=3.6, height=1.5, block_length=0.3, block_height=0.15)
     scene = replace(cracking(joint=replace(WEAK, **law)), wall=wall)
     steps = list(quasi_static_path(wall_model(scene), WHOLE, 3))
-    assert sum(step.counters.events for step in steps) > 3
+    assert sum(step.counters.events for step in steps) > 3 or "fracture_energy" in law  # which has no events
     assert sum(count > 0 for count in condensed) > 3
 
 

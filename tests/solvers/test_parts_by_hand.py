@@ -51,23 +51,32 @@ GRAVITY = 9.81
 
 
 @pytest.mark.parametrize(
-    ("error", "section", "largest", "residual", "length"),
+    ("error", "section", "largest", "residual", "damage", "length"),
     [
-        (0.0, 0.0, 100.0, 0.0, 0.3 * 4.0),
-        (0.2 / 16.0, 0.0, 100.0, 0.0, 0.3 * 0.8 * 4.0),
-        (0.19, 0.0, 100.0, 0.0, 0.3),
-        (0.8, 0.0, 100.0, 0.0, 0.3 * 0.8 * 0.5),
-        (0.8, 0.7, 100.0, 0.0, 0.3 * 0.8 * np.sqrt(2.0)),
-        (0.8, 0.0, 100.0, 1e3, 0.3 * 4.0),
-        (0.8, 0.0, 0.0, 0.2, 0.3 * 0.8 * 0.5),
-        (1e6, 0.0, 100.0, 0.0, 0.3 * 0.1),
+        (0.0, 0.0, 100.0, 0.0, 0.0, 0.3 * 4.0),
+        (0.2 / 16.0, 0.0, 100.0, 0.0, 0.0, 0.3 * 0.8 * 4.0),
+        (0.19, 0.0, 100.0, 0.0, 0.0, 0.3),
+        (0.8, 0.0, 100.0, 0.0, 0.0, 0.3 * 0.8 * 0.5),
+        (0.8, 0.7, 100.0, 0.0, 0.0, 0.3 * 0.8 * np.sqrt(2.0)),
+        (0.8, 0.0, 100.0, 1e3, 0.0, 0.3 * 4.0),
+        (0.8, 0.0, 0.0, 0.2, 0.0, 0.3 * 0.8 * 0.5),
+        (1e6, 0.0, 100.0, 0.0, 0.0, 0.3 * 0.1),
+        (0.0, 0.0, 100.0, 0.0, 0.5, 0.3 * 0.8 * 2.0),
+        (0.0, 0.0, 100.0, 0.0, 4.0, 0.3 * 0.8 * 0.25),
+        (0.8, 0.0, 100.0, 0.0, 4.0, 0.3 * 0.8 * 0.25),
     ],
 )
-def test_length_of_the_next_step(error: float, section: float, largest: float, residual: float, length: float) -> None:
+def test_length_of_the_next_step(
+    error: float, section: float, largest: float, residual: float, damage: float, length: float
+) -> None:
     """The error is of second order, so the length is proportional to its root; 0.2 J is a fifth of 1 % of 100 J."""
-    before = SimpleNamespace(energy_error=0.5, section_error=0.25)
+    before = SimpleNamespace(energy_error=0.5, section_error=0.25, damage=7.0)
     after = SimpleNamespace(
-        energy_error=0.5 + error, section_error=0.25 + section, largest_work=largest, residual_work=residual
+        energy_error=0.5 + error,
+        section_error=0.25 + section,
+        largest_work=largest,
+        residual_work=residual,
+        damage=7.0 + damage,
     )
     found = EnergyControl(0.01).next_length(before, after, 0.3)  # type: ignore[arg-type]
     assert found == pytest.approx(length)
