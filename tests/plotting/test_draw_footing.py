@@ -92,29 +92,6 @@ def test_the_footing_goes_where_the_archive_says(on_jacks):
     assert ax.lines[-1].get_ydata() == pytest.approx(1e3 * rise)
 
 
-@pytest.mark.parametrize(("name", "factor"), [("section_moment", 1e-3), ("section_curvature", 1e3)])
-def test_sections_are_drawn_along_the_footing(on_jacks, name, factor):
-    together = draw_footing(on_jacks)[1 if name == "section_moment" else 2]
-    for ax in (together, draw(on_jacks, name)):
-        assert ax.lines[-1].get_xdata() == pytest.approx(on_jacks.section_x.values)
-        assert ax.lines[-1].get_ydata() == pytest.approx(factor * on_jacks[name].values[-1])
-    assert "sagging positive" in together.get_ylabel()
-
-
-def test_load_of_the_jacks_and_where_it_ends(on_jacks):
-    ax = draw(on_jacks, "jack_load", label="each jack")
-    (jacks,) = (line for line in ax.lines if line.get_label() == "each jack")
-    assert jacks.get_xdata() == pytest.approx(1e3 * on_jacks.central_deflection.values)
-    assert jacks.get_ydata() == pytest.approx(1e-3 * on_jacks.jack_load.values)
-    limit = on_jacks.attrs["limit_deflection"]
-    assert any(list(x.get_xdata()) == pytest.approx([1e3 * limit]) for x in ax.lines if x.get_marker() == "o")
-    assert f"no load at {1e3 * limit:.3g} mm" in words(ax)
-    draw(on_jacks, "support_load", ax)
-    for number in range(on_jacks.sizes["support"]):
-        (support,) = (line for line in ax.lines if line.get_label() == f"support {number + 1}")
-        assert support.get_ydata() == pytest.approx(1e-3 * on_jacks.support_load.values[:, number])
-
-
 def test_what_has_no_footing_is_refused(on_dpc):
     with pytest.raises(InputError, match="this drawing needs"):
         draw_footing(on_dpc)

@@ -70,15 +70,6 @@ def test_a_history_is_drawn_to_both_sides() -> None:
     assert one[middle, 1] < 0.0
 
 
-def test_jacks_and_tests_are_drawn_without_ground() -> None:
-    on_jacks = drawn(movement={"shape": "jacks"}, rig={"jacks": [2.0]})
-    assert [text.get_text() for text in on_jacks.texts if text.get_text()] == ["jack"]
-    assert sum(patch.get_label() == "support" for patch in on_jacks.patches) == 2
-    test = drawn(movement={"shape": "loads"}, load=[{}, {"share": 3}], loading={"force": "40 kN"})
-    assert [text.get_text() for text in test.texts if "kN" in text.get_text()] == ["10 kN", "30 kN"]
-    assert all("ground" not in str(one.get_label()) for ax in (on_jacks, test) for one in ax.lines)
-
-
 def test_still_ground_has_one_line(tmp_path: Any) -> None:
     described = Scene.from_dict({"wall": WALL, "movement": {"central_deflection": 0.0}})
     ax = draw_scene(described)

@@ -5,14 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
 import damagepred
 from damagepred.assembly.assembly import GRAVITY, rectangle
 from damagepred.errors import InputError
 from damagepred.plotting import draw
-from damagepred.plotting.colours import ZONE_STATES
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Zones
 from damagepred.plotting.sheet import moved_to
@@ -106,17 +104,6 @@ def test_the_movement_of_a_picture_in_words(deformable):
     assert wall.scale == "displacements exaggerated 2.5 times"
     width, height = np.ptp(wall.shape, axis=0)
     assert wall.sheet_height(2.0) == pytest.approx(9.2 * height / width + 2.0)
-
-
-def test_states_are_drawn_zone_by_zone(deformable):
-    ax = draw(deformable, "zone_state")
-    drawn = collection(ax, "zones").get_facecolor()
-    state = deformable.zone_state.values[-1]
-    assert drawn == pytest.approx(np.array([to_rgba(ZONE_STATES[s][1]) for s in state]))
-    words = [text.get_text() for text in ax.get_legend().get_texts()]
-    kinds, counts = np.unique(state, return_counts=True)
-    assert len(kinds) > 1
-    assert words == [f"{ZONE_STATES[kind][0]}: {count}" for kind, count in zip(kinds, counts)]
 
 
 def test_wrong_input_is_named(deformable, cracked, study):

@@ -58,18 +58,6 @@ def test_gaps_are_as_wide_as_the_stored_openings(cracked):
     assert np.maximum(widest, 0.0)[inner] == pytest.approx(faces.opening[inner], abs=1e-9)
 
 
-def test_the_bar_of_widths_has_limits_and_categories(cracked):
-    ax = draw_wall(cracked)
-    (bar,) = ax.child_axes
-    assert [t.get_text() for t in bar.get_xticklabels()] == ["0.1", "1", "5", "15"]
-    assert bar.get_xticks() == pytest.approx([0.1, 1.0, 5.0, 15.0])
-    label, *numbers = bar.texts
-    assert label.get_text() == "crack width (mm), category in the bar"
-    assert [(t.get_text(), t.get_position()[0]) for t in numbers] == [
-        (str(c), pytest.approx((c + 0.5) / 5)) for c in range(5)
-    ]
-
-
 def test_ground_is_the_prescribed_profile(cracked):
     x, height, rise = ground_profile(cracked, -1)
     profile = Movement(kind="doming", central_deflection=6e-3).profile(x, 1.2)
