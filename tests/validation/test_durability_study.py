@@ -23,7 +23,7 @@ def study() -> ModuleType:
 
 @pytest.mark.slow
 def test_a_kill_a_full_disk_and_interrupts(study: ModuleType, tmp_path: Path) -> None:
-    """Lost workers, hangs and Dask are in tests/campaign/test_workers.py and test_cluster.py."""
+    """Workers that die or hang, and Dask, are in tests/campaign/test_workers.py and test_cluster.py."""
     found = study.mistreat(["kill", "disk", "interrupt"], walls=4, kills=1, place=tmp_path)
     assert set(found) == {"kill", "disk", "interrupt"}
     assert "parts kept" in found["disk"]
