@@ -6,6 +6,9 @@ nearest to the increment, weighted by the likelihood (self-normalised importance
 model. Local cracks and levels come from replays of some samples, drawn with probabilities proportional to the weights
 and weighted by the inverse (Horvitz and Thompson 1952). The likelihood of all observations together is integrated over
 the distribution of the model's discrepancy, whose medians decide whether a state resembles the observations.
+
+Of observations with dates a state is the largest movement up to the last visit. Histories that end there, and the
+discrepancy, are drawn near their posterior (population Monte Carlo: Cappe et al. 2004) and weighted.
 """
 
 from __future__ import annotations
@@ -15,14 +18,14 @@ import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from scipy import special
 
 from damagepred.analyses.posterior_tables import LARGEST_ODDS, UNCERTAIN
-from damagepred.analyses.stored_walls import StoredWalls
+from damagepred.analyses.stored_walls import StoredWalls, is_local
 from damagepred.archive.folder import StudyFolder
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.campaign.campaign import Campaign, Progress
@@ -33,9 +36,11 @@ from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.capacity import highest_category
 from damagepred.uq.estimate import effective_samples
+from damagepred.uq.history import PARAMETERS, PRESENT, Histories, drawn_histories, together, years_from
 from damagepred.uq.importance import Proposal, cross_entropy_shift
 from damagepred.uq.movement_distribution import MovementDistribution, movement_distribution
-from damagepred.uq.observations import ANOTHER, Discrepancy, Observations
+from damagepred.uq.observations import ANOTHER, Observations, stacked
+from damagepred.uq.samplers import unit_points
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,8 @@ class InferenceOptions:
         Quantiles of the movement.
     discrepancy_points : int
         Points of the quadrature over each fitted term of the model's discrepancy; 1: without uncertainty of the fit.
+    histories : int
+        Histories of each kind, of observations with dates.
     """
 
     replays: int = 200
@@ -83,6 +90,7 @@ class InferenceOptions:
     negligible: float = 1e-4
     quantiles: tuple[float, ...] = (0.05, 0.25, 0.5, 0.75, 0.95)
     discrepancy_points: int = 7
+    histories: int = 256
 
 
 DEFAULT = InferenceOptions()
@@ -93,6 +101,21 @@ _MOVED_BY = {
     "settlement": ("movement", "settlement"),
 }
 """Table and key of a scene with the largest value of a measure."""
+
+CELLS = 400_000
+"""States times histories whose likelihood is computed at a time: some arrays of 3 MB."""
+
+ROUNDS, WALLS, DEFENSIVE, KERNEL = 8, 60, 0.2, 0.5
+"""Population Monte Carlo: most rounds, walls that guide them, share drawn from the prior, kernel over the scatter."""
+
+LIKELY = 64
+"""Histories, the likeliest, among which the least misfit is looked for."""
+
+DRAWN = 4000
+"""Histories drawn from the posterior: shares are known to 0.8 %."""
+
+DATES = 61
+"""Dates of the drawn movement."""
 
 
 def chosen_samples(weight: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
@@ -152,6 +175,11 @@ def infer(
         where they cut the movement. On (study, further, category): ``future_probability`` of each category or worse
         among the walls with a result there, and its bounds ``_lower`` and ``_upper`` among all; ``further`` is a share
         of ``movement_largest``. ``advice`` names the movement to which walls should be run.
+
+        With dates, too: ``rate_quantile`` (per year) and, on (study, kind), ``history_posterior``; on (study, until,
+        ...) ``forecast_quantile`` of the movement and ``forecast_probability`` of each category or worse before a date,
+        with bounds; on (study, date, quantile) ``history_quantile``; on (study, visit, quantile) ``visit_quantile``, of
+        the movement if each visit were alone.
 
     Raises
     ------
@@ -215,7 +243,7 @@ def _with_new_walls(
         importance=shifts,
         nominal_share=options.nominal_share if shifts else 0.0,
     )
-    survey = hashlib.sha256(repr(seen).encode()).hexdigest()[:8]
+    survey = hashlib.sha256(repr(replace(seen, history=None)).encode()).hexdigest()[:8]
     folder = walls.path.with_name(f"{walls.path.name}.near_{survey}") / f"round_{number}.dp"
     folder.parent.mkdir(exist_ok=True)
     campaign = Campaign(replace(study.settings, study=how))
@@ -229,10 +257,11 @@ def _with_new_walls(
 
 
 def prices(
-    studies: Sequence[str | Path], observations: str | Path, options: InferenceOptions, workers: int
+    studies: Sequence[str | Path], observations: str | Path | Observations, options: InferenceOptions, workers: int
 ) -> list[str]:
     """Sentences on the largest cost of replays and rounds of new walls."""
-    seen, sentences = Observations.from_toml(observations), []
+    seen = observations if isinstance(observations, Observations) else Observations.from_toml(observations)
+    sentences = []
     opened = [StoredWalls(Path(path)) for path in studies]
     for walls in opened:
         walls.require(seen)
@@ -254,7 +283,7 @@ def prices(
 
 def _needs_replays(seen: Observations) -> bool:
     """Whether archives lack the observed results: local cracks, and levels."""
-    return bool(seen.level) or any(crack.x is not None for crack in seen.crack)
+    return any(is_local(series[0]) for _, series in seen.series)
 
 
 def posterior(
@@ -278,12 +307,8 @@ def posterior(
     if unknown := [name for name in seen.prior_odds if name not in (*names, ANOTHER)]:
         raise InputError(f"prior_odds: '{unknown[0]}': is not a study." + nearest(unknown[0], [*names, ANOTHER]))
     movement = None if seen.movement is None else movement_distribution(seen.movement, studies[0].units, "movement")
-    logs, misfits, replayed = [], [], []
-    for walls in studies:
-        log, misfit, count = _state_weights(walls, seen, movement, workers, options, on_replay)
-        logs.append(log)
-        misfits.append(misfit)
-        replayed.append(count)
+    states = [_states(walls, seen, movement, workers, options, on_replay) for walls in studies]
+    logs = [each.log for each in states]
     evidence = np.array([special.logsumexp(log) if np.isfinite(log).any() else -np.inf for log in logs])
     if not np.isfinite(evidence).any():
         raise InputError("observations: no state of any stored wall has a positive likelihood.")
@@ -292,40 +317,153 @@ def posterior(
     evidence = np.append(evidence, seen.vague_log_likelihood())
     cause = special.softmax(np.log(prior) + evidence)
     weights = [np.exp(log - e) if np.isfinite(e) else np.zeros(log.shape) for log, e in zip(logs, evidence)]
-    return _dataset(studies, seen, options, weights, cause, prior, evidence, misfits, replayed)
+    return _dataset(studies, seen, options, weights, cause, prior, evidence, states)
 
 
-def _state_weights(
+class _Draws(NamedTuple):
+    """Histories and discrepancies on one axis, with the logarithm of their weights."""
+
+    past: Histories
+    terms: Any
+    log_weight: FloatArray
+
+
+class _States(NamedTuple):
+    """States of a study's walls."""
+
+    log: FloatArray  # (samples, increments): logarithm of the weight, not normalised
+    misfit: float  # least of all states
+    replayed: int
+    past: Histories = PRESENT
+    # drawn from the posterior: sample, increment and number of the history
+    drawn: tuple[IntArray, IntArray, IntArray] | None = None
+    effective: float = np.inf  # number of the histories
+    visits: tuple[FloatArray | None, ...] = ()  # log weights if a visit were alone, None without readings
+
+
+def _states(
     walls: StoredWalls,
     seen: Observations,
     movement: MovementDistribution | None,
     workers: int,
     options: InferenceOptions,
     on_replay: Callable[[int, int], None] | None,
-) -> tuple[FloatArray, float, int]:
-    """Log weights of the states (not normalised), the least misfit, and the number of replayed samples."""
+) -> _States:
+    """Weights of the states, over the distributions of discrepancy and history."""
     shares, models = zip(*seen.discrepancy.nodes(options.discrepancy_points))
+    now = _Draws(PRESENT, stacked(models), np.log(shares))
+    prior, rows, chance = walls.log_prior(movement), np.arange(len(walls.movement)), np.ones(len(walls.movement))
+    local = _needs_replays(seen)
 
-    def integrated(fit_with: Callable[[Discrepancy], FloatArray]) -> FloatArray:
-        """Log likelihood of all observations together, over the distribution of the discrepancy."""
-        log_likelihood = special.logsumexp([np.log(w) + fit_with(m) for w, m in zip(shares, models)], axis=0)
-        return np.where(np.isfinite(log_likelihood), log_likelihood, -np.inf)
+    def all_samples(log: FloatArray) -> FloatArray:
+        """Log weights of all samples from the log likelihood of the used ones."""
+        full = np.full(prior.shape, -np.inf)
+        full[rows] = prior[rows] + special.logsumexp(log, axis=2) - np.log(chance)[:, None]
+        return full
 
-    prior, archive = walls.log_prior(movement), {m: walls.fit_of_archive(seen, m).log_likelihood for m in models}
-    log = prior + integrated(archive.__getitem__)
-    misfit, count = walls.fit_of_archive(seen, seen.discrepancy).misfit, 0
-    if _needs_replays(seen):
+    if local:
+        several = len(seen.dates) > 1
+        first = _near_posterior(walls, seen, prior, rows, options, local=False) if several else now
+        log = all_samples(_log_likelihood(walls, seen, first, rows, local=False))
         if not np.isfinite(log).any():
-            return log, np.inf, 0
-        samples, chance = chosen_samples(np.exp(log - log.max()).sum(axis=1), options.replays)
-        walls.replay(samples, workers, on_replay)
-        all_logs, all_misfits = np.full(log.shape, -np.inf), np.full(log.shape, np.inf)
-        together = integrated(lambda m: archive[m][samples] + walls.fit_of_replays(seen, m, samples).log_likelihood)
-        all_logs[samples] = prior[samples] + together - np.log(chance)[:, None]
-        all_misfits[samples] = misfit[samples] + walls.fit_of_replays(seen, seen.discrepancy, samples).misfit
-        log, misfit, count = all_logs, all_misfits, len(samples)
-    possible = misfit[np.isfinite(log)]
-    return log, float(possible.min()) if possible.size else np.inf, count
+            return _States(log, np.inf, 0)
+        rows, chance = chosen_samples(np.exp(log - log.max()).sum(axis=1), options.replays)
+        walls.replay(rows, workers, on_replay)
+    draws = _near_posterior(walls, seen, prior, rows, options, local=True) if len(seen.dates) > 1 else now
+    each = _log_likelihood(walls, seen, draws, rows, local=True)
+    log = all_samples(each)
+    each += (prior[rows] - np.log(chance)[:, None])[..., None]
+    likely = np.argsort(special.logsumexp(each, axis=(0, 1)))[-LIKELY:]
+    past = PRESENT if draws is now else Histories(*(values[likely] for values in draws.past))
+    (fit,) = walls.fits(seen, past, (seen.discrepancy,), rows, local)
+    possible = fit.misfit.min(axis=2)[np.isfinite(log[rows])]
+    states = _States(log, float(possible.min()) if possible.size else np.inf, len(rows) if local else 0)
+    if not seen.dates or not possible.size:
+        return states
+    each = np.exp(each - log.max())
+    alone = [seen.alone(day) for day in seen.dates]
+    visits = [v and all_samples(_log_likelihood(walls, v, now, rows, local)) for v in alone]
+    # systematic resampling, which draws a state as often as its share says
+    points = (np.arange(DRAWN) + 0.5) / DRAWN * each.sum()
+    row, increment, draw = np.unravel_index(np.searchsorted(np.cumsum(each.ravel()), points), each.shape)
+    effective = effective_samples(each.sum(axis=(0, 1)))
+    if draws is now:  # of one visit: the prior's histories
+        kinds, equal = range(len(seen.prior.kind)), np.zeros(options.histories)
+        draws = _joined([_drawn(seen, k, _normals(seen, k, options, k), equal) for k in kinds])
+        effective = np.inf
+        draw = np.random.default_rng(0).integers(len(draws.log_weight), size=DRAWN)
+    return states._replace(
+        past=draws.past, drawn=(rows[row], increment, draw), effective=effective, visits=tuple(visits)
+    )
+
+
+def _log_likelihood(walls: StoredWalls, seen: Observations, draws: _Draws, rows: IntArray, local: bool) -> FloatArray:
+    """Weighted log likelihood of the states of some walls, on (rows, increments, draws)."""
+    log = np.empty((len(rows), walls.movement.shape[1], len(draws.log_weight)))
+    step = max(1, CELLS // log[0].size)
+    for some in (slice(start, start + step) for start in range(0, len(rows), step)):
+        (fit,) = walls.fits(seen, draws.past, (draws.terms,), rows[some], local)
+        log[some] = fit.log_likelihood + draws.log_weight
+    return np.where(np.isfinite(log), log, -np.inf)
+
+
+def _drawn(seen: Observations, kind: int, normal: FloatArray, log_weight: FloatArray) -> _Draws:
+    """Histories of a kind and discrepancies at independent standard normals."""
+    days = seen.dates
+    first = years_from(days[-1], days[:1])[0]
+    count = PARAMETERS[seen.prior.kind[kind]]
+    past = drawn_histories(seen.prior, kind, special.ndtr(normal[:, :count]), first, days[-1])
+    models = [seen.discrepancy.at(z) if z.size else seen.discrepancy for z in normal[:, count:]]
+    return _Draws(past, stacked(models), log_weight)
+
+
+def _normals(seen: Observations, kind: int, options: InferenceOptions, seed: int) -> FloatArray:
+    """Standard normals of histories of a kind, and of the terms of the discrepancy if it is integrated."""
+    terms = len(seen.discrepancy.uncertain) if options.discrepancy_points > 1 else 0
+    return special.ndtri(unit_points("sobol", PARAMETERS[seen.prior.kind[kind]] + terms, options.histories, seed))
+
+
+def _joined(parts: Sequence[_Draws]) -> _Draws:
+    """Draws of several kinds, which are equally likely before the survey."""
+    terms = {name: np.concatenate([getattr(part.terms, name) for part in parts]) for name in vars(parts[0].terms)}
+    log_weight = np.concatenate([part.log_weight for part in parts])
+    return _Draws(
+        together([part.past for part in parts]), type(parts[0].terms)(**terms), log_weight - np.log(len(log_weight))
+    )
+
+
+def _near_posterior(
+    walls: StoredWalls, seen: Observations, prior: FloatArray, rows: IntArray, options: InferenceOptions, local: bool
+) -> _Draws:
+    """Histories and discrepancies drawn near their posterior, by kind, with weights of the prior over the proposal."""
+    guides = rows[np.isfinite(prior[rows]).any(axis=1)]
+    guides, parts = guides[:: -(-len(guides) // WALLS)], []
+    for kind in range(len(seen.prior.kind)):
+        normal = _normals(seen, kind, options, kind)
+        draws, near = _drawn(seen, kind, normal, np.zeros(len(normal))), round((1.0 - DEFENSIVE) * len(normal))
+        for number in range(1, ROUNDS + 1):
+            log = _log_likelihood(walls, seen, draws, guides, local)
+            total = special.logsumexp(log + prior[guides][..., None], axis=(0, 1))
+            if not np.isfinite(total).any():
+                break
+            power, weight = 1.0, np.exp(total - total.max())
+            while effective_samples(weight**power) < len(weight) / 16:  # tempered until enough draws count
+                power *= 0.8
+            share = weight**power / (weight**power).sum()
+            gap = normal - share @ normal
+            root = np.linalg.cholesky(KERNEL**2 * gap.T @ (share[:, None] * gap) + 1e-9 * np.eye(gap.shape[1]))
+            centres = normal[np.searchsorted(np.cumsum(share), (np.arange(near) + 0.5) / near)]
+            normal = _normals(seen, kind, options, 100 * number + kind)
+            normal[:near] = centres + normal[:near] @ root.T
+            gap = np.linalg.solve(root, (normal[:, None] - centres).reshape(-1, len(root)).T)
+            kernels = special.logsumexp(-0.5 * (gap**2).sum(axis=0).reshape(-1, near), axis=1)
+            ratio = kernels - np.log(near * np.prod(np.diag(root))) + 0.5 * (normal**2).sum(axis=1)
+            log_weight = -np.logaddexp(np.log(DEFENSIVE), np.log1p(-DEFENSIVE) + ratio)
+            draws = _drawn(seen, kind, normal, log_weight)
+            if power == 1.0:
+                break
+        parts.append(draws)
+    return _joined(parts)
 
 
 def movement_cdf(walls: StoredWalls, weight: FloatArray, points: FloatArray) -> FloatArray:
@@ -336,28 +474,95 @@ def movement_cdf(walls: StoredWalls, weight: FloatArray, points: FloatArray) -> 
     return np.array([heavy @ np.clip((x - low) / width, 0.0, 1.0) for x in points]) / max(heavy.sum(), 1e-300)
 
 
+def _reached(
+    walls: StoredWalls, rows: IntArray, heavy: FloatArray, target: FloatArray, highest: int
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """Probability of each category or worse at movements of weighted walls, its bounds, and the share known there."""
+    category = walls.ds["damage_category"].values
+    increment = np.nanargmin(np.abs(walls.movement[rows] - target[:, None]), axis=1)
+    # the nearest increment, unless the path ends before the movement
+    has_result = (target <= walls.edges[rows, -1] * (1 + 1e-9)) & (category[rows, increment] >= 0)
+    worst = np.maximum(category.max(axis=1), 0)[rows]
+    reached = np.where(has_result, category[rows, increment], worst)[:, None] >= np.arange(1, highest + 1)
+    known = float(heavy[has_result].sum())
+    among = heavy[has_result] @ reached[has_result] / known if known else np.full(highest, np.nan)
+    return among, heavy @ reached, heavy @ (reached | ~has_result[:, None]), known
+
+
+def _probabilities(name: str, dim: str, chances: Sequence[tuple[Any, ...]]) -> xr.Dataset:
+    """Probabilities of categories with their bounds, one row for each value of a dimension."""
+    *values, known = zip(*chances)
+    ends = dict(zip(("", "_lower", "_upper"), values))
+    found = {f"{name}_probability{end}": ((dim, "category"), np.array(v), {"units": "1"}) for end, v in ends.items()}
+    return xr.Dataset({**found, f"{name}_known": (dim, np.array(known), {"units": "1"})})
+
+
+def _unknown(highest: int) -> tuple[Any, ...]:
+    return (*np.full((3, highest), np.nan), 0.0)
+
+
 def _future(walls: StoredWalls, weight: FloatArray, options: InferenceOptions, highest: int) -> xr.Dataset:
     """Probability of each category or worse after further movement, on (further, category)."""
-    category = walls.ds["damage_category"].values
-    among, lower, upper = np.full((3, len(options.further), highest), np.nan)
-    followed = np.zeros(len(options.further))
     rows, columns = np.nonzero(weight > 0)
-    heavy = weight[rows, columns] / max(weight.sum(), 1e-300)
-    worst = np.maximum(category.max(axis=1), 0)[rows]
-    moved = walls.movement[rows]
-    for k, share in enumerate(options.further if len(rows) else ()):
-        target = walls.movement[rows, columns] + share * walls.largest
-        increment = np.nanargmin(np.abs(moved - target[:, None]), axis=1)
-        # the nearest increment, unless the path ends before the movement
-        has_result = (target <= walls.edges[rows, -1] * (1 + 1e-9)) & (category[rows, increment] >= 0)
-        reached = np.where(has_result, category[rows, increment], worst)[:, None] >= np.arange(1, highest + 1)
-        followed[k] = heavy[has_result].sum()
-        lower[k], upper[k] = heavy @ reached, heavy @ (reached | ~has_result[:, None])
-        if has_result.any():
-            among[k] = heavy[has_result] @ reached[has_result] / heavy[has_result].sum()
-    named = {"": among, "_lower": lower, "_upper": upper}
-    values = {f"future_probability{end}": (("further", "category"), v, {"units": "1"}) for end, v in named.items()}
-    return xr.Dataset({**values, "future_known": ("further", followed, {"units": "1"})})
+    heavy, now = weight[rows, columns] / max(weight.sum(), 1e-300), walls.movement[rows, columns]
+    return _probabilities(
+        "future",
+        "further",
+        [
+            _reached(walls, rows, heavy, now + share * walls.largest, highest) if len(rows) else _unknown(highest)
+            for share in options.further
+        ],
+    )
+
+
+def _over_time(
+    walls: StoredWalls, seen: Observations, states: _States, options: InferenceOptions, highest: int
+) -> xr.Dataset:
+    """Rate, kind of history, and movement at dates before and after the last visit, with categories; of one study."""
+    last, kinds = seen.dates[-1], seen.prior.kind
+    until = seen.prior.forecast_dates(last)
+    end, first = years_from(last, [until[-1], seen.dates[0]])
+    dates = np.unique([*np.linspace(first - max(0.25 * (end - first), 1.0), end, DATES), *years_from(last, seen.dates)])
+    year, units = np.timedelta64(round(365.25 * 86400), "s"), f"{walls.units} year-1"
+    days = {"until": until, "visit": seen.dates}
+    coordinates = {name: np.array(values, dtype="datetime64[ns]") for name, values in days.items()}
+    coordinates["date"] = (np.datetime64(last, "s") + dates * year).astype("datetime64[ns]")
+    if states.drawn is None:
+        rate, kind, paths = np.full(1, np.nan), np.full(len(kinds), np.nan), np.full((1, len(dates)), np.nan)
+        later, chances = np.full((1, len(until)), np.nan), [_unknown(highest)] * len(until)
+    else:
+        rows, columns, draw = states.drawn
+        place = np.random.default_rng(0).random(len(rows))  # anywhere between the edges of the increment
+        now = walls.edges[rows, columns] + place * (walls.edges[rows, columns + 1] - walls.edges[rows, columns])
+        rate, share = now * states.past.slope[draw], np.full(len(rows), 1.0 / len(rows))
+        kind = np.bincount(states.past.kind[draw].astype(np.int64), minlength=len(kinds)) / len(draw)
+        paths = now[:, None] * states.past.at(dates)[1][draw]
+        reached, moved, _ = states.past.at(years_from(last, until))
+        later = now[:, None] * moved[draw]
+        chances = [_reached(walls, rows, share, now * each, highest) for each in reached[draw].T]
+    alone = np.full((len(seen.dates), len(options.quantiles)), np.nan)
+    for row, log in zip(alone, states.visits):
+        if log is not None and np.isfinite(log).any():
+            row[:] = _quantiles(walls, np.exp(log - special.logsumexp(log)), options)
+    of = {"units": walls.units}
+    return (
+        _probabilities("forecast", "until", chances)
+        .assign(
+            history_posterior=("kind", kind, {"units": "1"}),
+            rate_quantile=("quantile", np.quantile(rate, options.quantiles), {"units": units}),
+            forecast_quantile=(("until", "quantile"), np.quantile(later, options.quantiles, axis=0).T, of),
+            history_quantile=(("date", "quantile"), np.quantile(paths, options.quantiles, axis=0).T, of),
+            visit_quantile=(("visit", "quantile"), alone, of),
+        )
+        .assign_coords(kind=list(kinds), **coordinates)
+    )
+
+
+def _quantiles(walls: StoredWalls, weight: FloatArray, options: InferenceOptions) -> FloatArray:
+    """Quantiles of the movement."""
+    grid = np.linspace(0.0, walls.largest, 1001)
+    cdf = movement_cdf(walls, weight, grid)
+    return np.interp(options.quantiles, cdf, grid) if cdf[-1] > 0 else np.full(len(options.quantiles), np.nan)
 
 
 def _path_end(
@@ -367,7 +572,8 @@ def _path_end(
     end = np.fmax.reduce(walls.edges, axis=1)
     at_end = (walls.edges[:, 1:] >= end[:, None] * (1 - 1e-9)) & (weight > 0)
     cut = float(weight[at_end].sum())
-    doubt = float((future["future_probability_upper"] - future["future_probability_lower"]).max())
+    ahead = [name for name in ("future", "forecast") if f"{name}_known" in future]
+    doubt = max(float((future[f"{n}_probability_upper"] - future[f"{n}_probability_lower"]).max()) for n in ahead)
     if not max(doubt, cut) > UNCERTAIN or not weight.any():
         return cut, ""
     shown = walls.shown
@@ -377,7 +583,10 @@ def _path_end(
             f'follow walls further, with stop_at_category = "none" under [study]: most of them end before '
             f"{shown.factor * walls.largest:.3g} {shown.unit} (damage category reached, own movement, or failure)"
         )
-    target = float(f"{quantiles[-1] + max(options.further) * walls.largest:.2g}")
+    farthest = quantiles[-1] + max(options.further) * walls.largest
+    if "forecast_quantile" in future:
+        farthest = max(farthest, float(future["forecast_quantile"].max()))
+    target = float(f"{farthest:.2g}")
     advice = f"run walls to {shown.factor * target:.3g} {shown.unit}"
     settings, more = read_frozen(StudyFolder(walls.path).study_text()), f"{walls.name}_farther"
     table, key = _MOVED_BY.get(walls.measure, ("", ""))
@@ -399,26 +608,24 @@ def _dataset(
     cause: FloatArray,
     prior: FloatArray,
     evidence: FloatArray,
-    misfits: Sequence[float],
-    replayed: Sequence[int],
+    states: Sequence[_States],
 ) -> xr.Dataset:
+    misfits, replayed = [each.misfit for each in states], [each.replayed for each in states]
     steps, among = max(weight.shape[1] for weight in weights), special.softmax(np.log(prior[:-1]) + evidence[:-1])
     highest = min(highest_category(walls.ds) for walls in studies)
     units = {walls.units for walls in studies}
     unit = {"units": units.pop()} if len(units) == 1 else {"comment": "in movement_units of each study"}
     values: dict[str, Any] = {"posterior": [], "movement": []}
     quantiles, futures = [], []
-    for walls, weight, share in zip(studies, weights, among):
+    for walls, weight, share, each in zip(studies, weights, among, states):
         pad = ((0, 0), (0, steps - weight.shape[1]))
         values["posterior"].append(np.pad(share * weight, pad))
         values["movement"].append(np.pad(walls.movement, pad, constant_values=np.nan))
-        grid = np.linspace(0.0, walls.largest, 1001)
-        cdf = movement_cdf(walls, weight, grid)
-        quantiles.append(
-            np.interp(options.quantiles, cdf, grid) if cdf[-1] > 0 else np.full(len(options.quantiles), np.nan)
-        )
+        quantiles.append(_quantiles(walls, weight, options))
         futures.append(_future(walls, weight, options, highest))
-    effective = np.array([effective_samples(weight.sum(axis=1)) for weight in weights])
+        if seen.dates:
+            futures[-1] = futures[-1].merge(_over_time(walls, seen, each, options, highest))
+    effective = np.array([min(effective_samples(w.sum(axis=1)), each.effective) for w, each in zip(weights, states)])
     resemblance = special.chdtrc(seen.count, np.array(misfits))
     usable = (effective >= options.fewest_effective) & (resemblance >= options.resemblance)
     with np.errstate(divide="ignore"):
@@ -478,15 +685,16 @@ def _dataset(
     ds = ds.merge(xr.concat(futures, "study"))
     if any(replayed):
         ds = ds.assign(_crack_maps(studies, weights, options))
-    local = [crack for crack in seen.crack if crack.x is not None]
+    last = [(table, series[-1]) for table, series in seen.series if series[-1].since is None]
+    local = [crack for table, crack in last if table == "crack" and crack.x is not None]
     places = [(c.x, c.y, c.width or c.wider_than or c.narrower_than or 0.0) for c in local]
     if places:
         names = ("observed_x", "observed_y", "observed_width")
         ds = ds.assign({name: ("observed", np.array(v), {"units": "m"}) for name, v in zip(names, zip(*places))})
         ways = [">" if crack.wider_than else "<" if crack.narrower_than else "" for crack in local]
         ds = ds.assign(observed_limit=("observed", ways))
-    if seen.level:
-        ends = np.array([(each.x, each.y, each.to_x, each.to_y, each.difference) for each in seen.level]).T
+    if levels := [level for table, level in last if table == "level"]:
+        ends = np.array([(each.x, each.y, each.to_x, each.to_y, each.difference) for each in levels]).T
         parts = ("x", "y", "to_x", "to_y", "difference")
         ds = ds.assign({f"level_{part}": ("level", v, {"units": "m"}) for part, v in zip(parts, ends)})
     return ds

@@ -48,17 +48,26 @@ def posterior_tables(ds: xr.Dataset) -> list[Table]:
     """Tables of causes and movement, of further damage, and of the model's discrepancy."""
     names, shown = [str(name) for name in ds["study"].values], measures(ds)
     first, alike = shown[0], len(set(shown)) == 1
-    causes = []
+    causes, rates, ahead = [], [], []
     for name, measure in zip(names, shown):
         cause = ds.sel(study=name)
-        low, *_, middle, _, high = (f"{measure.factor * v:.3g}" for v in cause["movement_quantile"].values)
-        moved = f"{middle} ({low} to {high})" + ("" if alike else f" {measure.unit} {measure.words}")
+        unit = "" if alike else f" {measure.unit}"
+        moved = _interval(cause["movement_quantile"], measure) + ("" if alike else f"{unit} {measure.words}")
         if float(cause["movement_cut"]) > UNCERTAIN:
             moved += f", cut at {measure.factor * float(cause['movement_largest']):.3g}"
         prior = float(cause["cause_prior"])
         odds = (odds_in_words(float(cause["posterior_odds"])), f"{prior / (1.0 - prior):.3g}")
         shares = (f"{float(cause['effective_samples']):.1f}", chance(float(cause["resemblance"])))
         causes.append([name, moved, *odds, *shares])
+        if "until" not in ds:
+            continue
+        kinds = ", ".join(
+            f"{k} {chance(float(p))}" for k, p in zip(ds["kind"].values, cause["history_posterior"].values)
+        )
+        rates.append([name, _interval(cause["rate_quantile"], measure) + unit, kinds])
+        for k, day in enumerate(ds["until"].values):
+            moved = _interval(cause["forecast_quantile"][k], measure) + unit
+            ahead.append([name, str(day)[:10], moved, *_chances(cause, "forecast", k)])
     prior = float(ds["another_cause_prior"])
     odds = (odds_in_words(float(ds["another_cause_odds"])), f"{prior / (1.0 - prior):.3g}")
     causes.append([ANOTHER, "–", *odds, "–", "–"])
@@ -68,26 +77,45 @@ def posterior_tables(ds: xr.Dataset) -> list[Table]:
     for name, measure in zip(names, shown):
         cause = ds.sel(study=name)
         for k, further in enumerate(ds["further"].values * float(cause["movement_largest"])):
-            bounds = (cause[f"future_probability_{end}"][k].values for end in ("lower", "upper"))
-            chances = [
-                "unknown" if not b - a < 0.995 else f"{a:.2f}" if b - a < 0.005 else f"{a:.2f} to {b:.2f}"
-                for a, b in zip(*bounds)
-            ]
             moved = f"{measure.factor * further:.3g}" + ("" if alike else f" {measure.unit}")
-            future.append([name, moved, *chances, f"{float(cause['future_known'][k]):.0%}"])
+            future.append([name, moved, *_chances(cause, "future", k)])
     further = f"further ({first.unit})" if alike else "further"
-    columns = ["study", further, *(f"P(>= {int(c)})" for c in ds["category"].values), "known"]
+    chances = [*(f"P(>= {int(c)})" for c in ds["category"].values), "known"]
+    moved = f"movement then, 90 % interval ({first.unit})" if alike else "movement then, 90 % interval"
+    over_time = [
+        Table(
+            "Rate of the movement", ["study", f"a year, 90 % interval{f' ({first.unit})' * alike}", "history"], rates
+        ),
+        Table("Forecast: damage before a date", ["study", "before", moved, *chances], ahead),
+    ]
     points = int(ds.attrs["discrepancy_points"])
     integrated = "; the likelihood is integrated over terms with an interval" if points > 1 else ""
     return [
         Table("Cause and movement, given the observations", heads, causes),
-        Table("Damage after further movement", columns, future),
+        *(over_time if rates else []),
+        Table("Damage after further movement", ["study", further, *chances], future),
         Table(
             f"Model discrepancy{integrated}",
             ["of", "standard deviation", "90 % interval", "confidence"],
             _discrepancy(ds),
         ),
     ]
+
+
+def _interval(quantiles: xr.DataArray, measure: ShownMeasure) -> str:
+    """Median with the outermost quantiles."""
+    low, *_, middle, _, high = (f"{measure.factor * v:.3g}" for v in quantiles.values)
+    return f"{middle} ({low} to {high})"
+
+
+def _chances(cause: xr.Dataset, name: str, row: int) -> list[str]:
+    """Bounds of the probabilities of the categories, and the share of the posterior with a known result."""
+    bounds = (cause[f"{name}_probability_{end}"][row].values for end in ("lower", "upper"))
+    chances = [
+        "unknown" if not b - a < 0.995 else f"{a:.2f}" if b - a < 0.005 else f"{a:.2f} to {b:.2f}"
+        for a, b in zip(*bounds)
+    ]
+    return [*chances, f"{float(cause[f'{name}_known'][row]):.0%}"]
 
 
 def _discrepancy(ds: xr.Dataset) -> list[list[str]]:

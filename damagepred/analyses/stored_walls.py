@@ -25,17 +25,16 @@ from damagepred.errors import InputError
 from damagepred.one_wall.judged_path import joint_map
 from damagepred.results.wall_cracks import WallCracks
 from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.uq.history import Histories, years_from
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_words, shown_measure
 from damagepred.uq.movement_distribution import MovementDistribution
 from damagepred.uq.observations import (
     CrackObservation,
     CrackPrediction,
-    Discrepancy,
     Fit,
+    LevelObservation,
     Observations,
-    censored,
-    crack_fit,
-    measured,
+    series_fit,
 )
 
 PARTS = {"wall": (WALL,), "below_dpc": (BELOW_DPC,), "dpc": (DPC_OPENING, DPC_SLIP)}
@@ -205,7 +204,7 @@ class StoredWalls:
         """Check that the survey fits these walls: positions, parts, openings, and joints near the cracks."""
         settings = read_frozen(StudyFolder(self.path).study_text())
         seen.require_on(settings.scene, self.path.name)
-        local = [(k, crack, crack.place) for k, crack in enumerate(seen.crack, 1) if crack.place is not None]
+        local = [(where, crack, crack.place) for where, crack in seen.cracks if crack.place is not None]
         bricks_vary = any(key.startswith(("wall.", "opening", "control_joint")) for key in settings.variables)
         if bricks_vary or not (local or seen.level):
             return
@@ -213,11 +212,11 @@ class StoredWalls:
         model = wall_model(replace(settings.scene, solver=replace(solver, blocks="rigid")))
         joints, blocks = joint_map(model), model.blocks
         joints_of_part = {"wall": joints.is_wall, "below_dpc": joints.is_base, "dpc": joints.is_dpc}
-        for k, crack, (x, y) in local:
+        for where, crack, (x, y) in local:
             distance = np.hypot(joints.contact_x - x, joints.contact_y - y)[joints_of_part[crack.part]]
             if (nearest := distance.min(initial=np.inf)) > crack.within:
                 raise InputError(
-                    f"crack {k}: no joint of its part ({crack.part}) lies within {crack.within * 1e3:g} mm of x = "
+                    f"{where}: no joint of its part ({crack.part}) lies within {crack.within * 1e3:g} mm of x = "
                     f"{x:g} m, y = {y:g} m; the nearest is {nearest * 1e3:.3g} mm away. Cracks run in "
                     "joints: give a larger `within`, or the position of a joint."
                 )
@@ -244,29 +243,74 @@ class StoredWalls:
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(share) + np.log(self.weight)[:, None])
 
-    def fit_of_archive(self, seen: Observations, model: Discrepancy) -> Fit:
-        """Fit of the observations without replay."""
-        shape = self.movement.shape
-        total = Fit(np.zeros(shape), np.zeros(shape))
-        for crack in (c for c in seen.crack if c.x is None):
-            width = self._values(_WIDEST[crack.part], "cracks of this part")
-            total = total + crack_fit(crack, CrackPrediction(width, width), model)
-        for name, observed in (("slope_max", seen.slope), ("tilt_max", seen.tilt)):
-            for slope in observed:
-                deviation = np.full(shape, np.hypot(slope.error, model.slope))
-                total = total + measured(self._values(name, "slopes"), slope.value, deviation)
-        for window in seen.window:
-            if window.width_change is not None:
-                value = self._values("opening_width_change", "openings", 3)[..., window.opening - 1]
-                deviation = np.hypot(window.error, model.distortion_share * value)
-                total = total + measured(value, window.width_change, deviation)
+    def fits(
+        self, seen: Observations, past: Histories, models: Sequence[Any], rows: IntArray, replayed: bool
+    ) -> list[Fit]:
+        """Fit of the observations for each discrepancy, on (rows, increments, histories or terms of a discrepancy).
+
+        Local cracks and levels count only if the samples of the rows have been replayed.
+        """
+        days = seen.dates
+        nothing = np.zeros((len(rows), self.movement.shape[1], 1))
+        totals = [Fit(nothing, nothing)] * len(models)
+        reached, _, part = past.at(years_from(days[-1], days)) if days else np.ones((3, 1, 1))
+        visit = {day: (reached[:, k], part[:, k]) for k, day in enumerate(days)}
+        for table, series in seen.series:
+            if is_local(series[0]) and not replayed:
                 continue
-            limit = sticking_limits().angle[0]
-            value = self._values("opening_distortion", "openings", 3)[..., window.opening - 1]
-            deviation = np.maximum(model.distortion_share * value, model.distortion_share * limit)
-            bounds = (limit, np.inf) if window.sticks else (-np.inf, limit)
-            total = total + censored(value, *bounds, deviation)
-        return total
+            values = self._predicted(table, series, rows)
+            predicted = [
+                CrackPrediction(
+                    *(self._followed(v, rows, visit.get(reading.date)) for v in values),
+                    None
+                    if reading.since is None
+                    else CrackPrediction(*(self._followed(v, rows, visit[reading.since]) for v in values)),
+                )
+                for reading in series
+            ]
+            totals = [total + series_fit(series, predicted, model) for total, model in zip(totals, models)]
+        return totals
+
+    def _followed(self, values: FloatArray, rows: IntArray, visit: tuple[FloatArray, FloatArray] | None) -> FloatArray:
+        """Values (rows, increments, histories) at a visit, of walls that end it at each increment's movement."""
+        if visit is None or (visit[0] == 1.0).all():
+            return values[..., None] * (1.0 if visit is None else visit[1])
+        reached, part = visit
+        followed = np.full((*values.shape, len(reached)), np.nan)
+        for row, (movement, value) in enumerate(zip(self.movement[rows], values)):
+            known = np.isfinite(movement) & np.isfinite(value)
+            if known.any():
+                then = np.interp(movement[:, None] * reached, movement[known], value[known])
+                followed[row] = np.where(reached == 1.0, value[:, None], then)
+        return followed * part
+
+    def _predicted(self, table: str, series: Sequence[Any], rows: IntArray) -> list[FloatArray]:
+        """Values of a quantity (rows, increments): of cracks of any direction, and of the observed one."""
+        first = next((reading for reading in series if getattr(reading, "direction", None)), series[0])
+        if is_local(first):
+            key = (table, first.quantity, getattr(first, "direction", None))
+            return [np.array(values) for values in zip(*(self._local_values(key, first, int(row)) for row in rows))]
+        if table == "crack":
+            value = self._values(_WIDEST[first.part], "cracks of this part")
+        elif table != "window":
+            value = self._values(f"{table}_max", "slopes")
+        elif first.width_change is not None:
+            value = self._values("opening_width_change", "openings", 3)[..., first.opening - 1]
+        else:
+            value = self._values("opening_distortion", "openings", 3)[..., first.opening - 1]
+            value = value / sticking_limits().angle[0]
+        return [value[rows]] * 2
+
+    def _local_values(self, key: tuple[Any, ...], seen: Any, sample: int) -> tuple[FloatArray, ...]:
+        """Values along the path of a replayed sample, read once."""
+        if (*key, sample) not in self._local:
+            replayed, count = self.replayed(sample), self.movement.shape[1]
+            if isinstance(seen, LevelObservation):
+                read = (replayed.level((seen.x, seen.y), (seen.to_x, seen.to_y), count),) * 2
+            else:
+                read = replayed.widest(seen, count)
+            self._local[(*key, sample)] = read
+        return self._local[(*key, sample)]
 
     def _values(self, name: str, what: str, dimensions: int = 2) -> FloatArray:
         if name not in self.ds or self.ds[name].ndim != dimensions:
@@ -288,30 +332,6 @@ class StoredWalls:
             np.add.at(probability, states[0], weight[sample, states[1]])
         return probability.reshape(shape)
 
-    def fit_of_replays(self, seen: Observations, model: Discrepancy, samples: IntArray) -> Fit:
-        """Fit of local cracks and levels (chosen samples, increments); the samples have been replayed."""
-        shape = (len(samples), self.movement.shape[1])
-        total = Fit(np.zeros(shape), np.zeros(shape))
-        for crack in (c for c in seen.crack if c.x is not None):
-            key = (crack.x, crack.y, crack.within, crack.part, crack.direction)
-            predicted = self._predicted(key, samples, lambda replayed, c=crack: replayed.widest(c, shape[1]))
-            total = total + crack_fit(crack, CrackPrediction(*predicted), model)
-        for level in seen.level:
-            ends = (level.x, level.y), (level.to_x, level.to_y)
-            (rise,) = self._predicted(ends, samples, lambda replayed, e=ends: (replayed.level(*e, shape[1]),))
-            deviation = np.full(shape, np.hypot(level.error, model.level))
-            total = total + measured(rise, level.difference, deviation)
-        return total
-
-    def _predicted(
-        self, key: tuple[Any, ...], samples: IntArray, read: Callable[..., tuple[FloatArray, ...]]
-    ) -> tuple[FloatArray, ...]:
-        key = (*key, samples.tobytes())
-        if key not in self._local:
-            rows = [read(self.replayed(int(sample))) for sample in samples]
-            self._local[key] = tuple(np.array(column) for column in zip(*rows))
-        return self._local[key]
-
     def replayed(self, sample: int) -> Replayed:
         """A replayed sample."""
         folder = int(np.searchsorted(self.first, sample, side="right")) - 1
@@ -321,6 +341,11 @@ class StoredWalls:
         """Replay samples; see ``ReplayStore.fill``."""
         for store, start, end in zip(self.stores, self.first, self.first[1:]):
             store.fill((samples[(samples >= start) & (samples < end)] - start).tolist(), workers, on_replay)
+
+
+def is_local(reading: Any) -> bool:
+    """Whether a reading is of a level or of a crack with a place, which archives lack."""
+    return isinstance(reading, LevelObservation) or getattr(reading, "x", None) is not None
 
 
 def study_name(path: str | Path) -> str:

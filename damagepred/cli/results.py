@@ -92,6 +92,10 @@ def infer_command(
     new_walls: Annotated[
         int, typer.Option("--new-walls", min=0, help="Walls a round that are run where too few samples are effective.")
     ] = 0,
+    until: Annotated[
+        list[str] | None,
+        typer.Option("--until", help="Date of a forecast, such as 2031 or 2031-06-30; repeat it for more dates."),
+    ] = None,
     workers: opt.Workers = 1,
     output: opt.NetcdfFile = None,
     plot: opt.Picture = None,
@@ -105,16 +109,16 @@ def infer_command(
     from damagepred.errors import InputError
     from damagepred.report.back_analysis import posterior_cautions
     from damagepred.scene.survey_tables import SUFFIXES
+    from damagepred.uq.observations import Observations
 
     if len(files) < 2 or files[-1].suffix.lower() not in (".toml", *SUFFIXES):
         raise InputError("infer: give one study folder or more, and then the observations (*.toml, *.csv, *.xlsx).")
     options = InferenceOptions(replays=replays, new_walls=new_walls)
-    for price in prices(files[:-1], files[-1], options, workers):
+    seen = Observations.from_toml(files[-1], until or ())
+    for price in prices(files[:-1], seen, options, workers):
         terminal.note(price)
     with terminal.ReplayBar() as bar:
-        posterior = infer(
-            files[:-1], files[-1], workers=workers, options=options, on_replay=bar.update, on_walls=bar.walls
-        )
+        posterior = infer(files[:-1], seen, workers=workers, options=options, on_replay=bar.update, on_walls=bar.walls)
     opt.keep_curves(posterior, output, plot)
     terminal.cautions(posterior_cautions(posterior))
     if json:

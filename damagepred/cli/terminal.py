@@ -268,6 +268,8 @@ def _plain(value: Any) -> Any:
         return {str(key): _plain(part) for key, part in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(part) for part in value]
+    if hasattr(value, "isoformat"):  # dates
+        return value.isoformat()
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -326,6 +326,9 @@ _LABEL: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.
 def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axes]:
     """Draw the posterior of the movement for each cause, and the crack map of the most probable cause.
 
+    Of observations with dates, draw the movement over time under the most probable cause, with its forecast, and the
+    movement that each visit alone would give.
+
     Parameters
     ----------
     posterior : xarray.Dataset
@@ -354,6 +357,10 @@ def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None
     require(posterior, ("posterior", "movement", "movement_measure", "posterior_odds"), "a back-analysis")
     axes = several_or_new(axes, 2 if "crack_probability" in posterior else 1, 1, 8.0, 7.5)
     shown, largest = measures(posterior), posterior["movement_largest"].values
+    warning = "" if posterior["resembles"].values.any() else "NO STORED WALL RESEMBLES THE OBSERVATIONS"
+    if "until" in posterior:
+        _draw_history(posterior, axes[0], warning)
+        return [*axes[:1], *(_draw_map(posterior, ax) for ax in axes[1:])]
     alike = len(set(shown)) == 1
     for k, name in enumerate(str(study) for study in posterior["study"].values):
         of_study = (posterior["study_of_sample"] == k).values
@@ -370,7 +377,6 @@ def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None
     axes[0].set_ylim(0.0, 1.0)
     axes[0].set_xlabel(f"{shown[0].words} ({shown[0].unit})" if alike else "movement over the largest of the study")
     axes[0].set_ylabel("posterior probability\nof a smaller movement")
-    warning = "" if posterior["resembles"].values.any() else "NO STORED WALL RESEMBLES THE OBSERVATIONS"
     set_title(axes[0], "Movement, given the observations", warning)
     legend_below(axes[0], axes[0].get_legend_handles_labels()[0])
     if len(axes) > 1:
@@ -378,7 +384,35 @@ def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None
     return axes
 
 
-def _draw_map(posterior: xr.Dataset, ax: Axes) -> None:
+def _draw_history(posterior: xr.Dataset, ax: Axes, warning: str) -> None:
+    """Draw the movement over time under the most probable cause, and the movement that each visit alone gives."""
+    best = int(posterior["cause_posterior"].values.argmax())
+    cause, measure, colour = posterior.isel(study=best), measures(posterior)[best], OPENING_STYLES[0][0]
+    low, lower, middle, upper, high = measure.factor * cause["history_quantile"].values.T
+    date, visit = cause["date"].values, cause["visit"].values
+    bands = [
+        ax.fill_between(date, *ends, color=colour, alpha=alpha, linewidth=0.0, label=label)
+        for *ends, alpha, label in ((low, high, 0.2, "90 %"), (lower, upper, 0.3, "50 %"))
+    ]
+    later = date >= visit[-1]
+    for some, style, label in ((~later | (date == visit[-1]), "-", "median"), (later, "--", "forecast")):
+        bands += ax.plot(date[some], middle[some], style, color=colour, label=label)
+    least, *_, each, _, most = measure.factor * cause["visit_quantile"].values.T
+    alone = {"fmt": "o", "color": "black", "markersize": 4, "capsize": 3, "label": "one visit alone, 90 %"}
+    bands.append(ax.errorbar(visit, each, (each - least, most - each), **alone))
+    bands += ax.plot(visit, np.zeros(len(visit)), "|", color="black", label="visits", clip_on=False)
+    end = measure.factor * float(cause["movement_largest"])
+    if np.nanmax(high) > end:
+        bands.append(ax.axhline(end, color="grey", linestyle=":", label="end of the stored paths"))
+    ax.set_ylim(bottom=0.0)
+    ax.set_ylabel(f"{measure.words} ({measure.unit})")
+    slow, *_, rate, _, fast = (plain_number(float(f"{measure.factor * v:.2g}")) for v in cause["rate_quantile"].values)
+    rates = f"{verbatim(str(cause['study'].values))}: {rate} {measure.unit} a year, {slow} to {fast}"
+    set_title(ax, "Movement over time, given the observations", rates, warning)
+    legend_below(ax, bands)
+
+
+def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
     """Draw the probability of cracks over the bricks of the most probable cause, observed cracks and levels."""
     cause = posterior.isel(study=int(posterior["cause_posterior"].values.argmax()))
     cracked = cause["crack_probability"]
@@ -425,6 +459,7 @@ def _draw_map(posterior: xr.Dataset, ax: Axes) -> None:
     observed = "; circles: observed widths, crosses: no crack" if marks else ""
     observed += "; dashed: observed difference of levels" if levels else ""
     set_title(ax, "Crack map", f"{verbatim(str(cause['study'].values))}: cracks wider than {limit:g} mm{observed}")
+    return ax
 
 
 def draw_scales(scales: xr.Dataset, ax: Axes | None = None) -> Axes:

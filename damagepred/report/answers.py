@@ -9,6 +9,7 @@ from damagepred.analyses.posterior_tables import UNCERTAIN, measures, odds_in_wo
 from damagepred.formatting import chance, number
 from damagepred.uq.comparison import most_helpful
 from damagepred.uq.estimate import Estimate
+from damagepred.uq.intensity import ShownMeasure
 
 UNKNOWN = 0.995
 """Distance of the bounds of a probability from which it counts as unknown."""
@@ -74,6 +75,8 @@ def posterior_answer(posterior: xr.Dataset) -> str:
     cut = " or more" if float(cause["movement_cut"]) > UNCERTAIN else ""
     text = f"Most probably {cause['study'].item()} (odds {odds_in_words(float(odds[best]))}): "
     text += f"{shown.words} of {middle} {shown.unit} ({low} to {high}{cut})."
+    if "until" in cause:
+        return f"{text} {_forecast(cause, shown)}"
     ends = [cause[f"future_probability_{end}"].values for end in ("lower", "upper")]
     known = np.flatnonzero(ends[1][:, -1] - ends[0][:, -1] < UNKNOWN)
     if not known.size:
@@ -82,6 +85,27 @@ def posterior_answer(posterior: xr.Dataset) -> str:
     moved = number(shown.factor * float(cause["further"][further] * cause["movement_largest"]), 3)
     lower, upper = (end[further] for end in ends)
     k = max(int((lower >= 0.5).sum()) - 1, 0)  # the worst category that is as likely as not
-    share = chance(lower[k]) if upper[k] - lower[k] < 0.005 else f"{chance(lower[k])} to {chance(upper[k])}"
+    share = _between(lower[k], upper[k])
     when = f"After {moved} {shown.unit} more" if further else "Already now"
     return f"{text} {when}, category {int(cause['category'][k])} or worse has a probability of {share}."
+
+
+def _between(lower: float, upper: float) -> str:
+    """Probability between bounds."""
+    return chance(lower) if upper - lower < 0.005 else f"{chance(lower)} to {chance(upper)}"
+
+
+def _forecast(cause: xr.Dataset, shown: ShownMeasure) -> str:
+    """Rate of the movement, and probability that the next category is reached before the last date with known walls."""
+    low, *_, middle, _, high = (number(shown.factor * v, 2) for v in cause["rate_quantile"].values)
+    text = f"Rate: {middle} {shown.unit} a year, {low} to {high}"
+    text += " (from the prior alone: one visit shows no rate);" if cause.sizes["visit"] < 2 else ";"
+    lower, upper = (cause[f"forecast_probability_{end}"].values for end in ("lower", "upper"))
+    known = np.flatnonzero(upper[:, -1] - lower[:, -1] < UNKNOWN)
+    if not known.size:
+        return f"{text} damage at the dates of the forecast is unknown."
+    k = min(int((cause["future_probability_lower"].values[0] >= 0.5).sum()), lower.shape[1] - 1)
+    row = int(known[-1])
+    before = str(cause["until"].values[row])[:10].removesuffix("-01-01")
+    share = _between(lower[row, k], upper[row, k])
+    return f"{text} category {int(cause['category'][k])} or worse before {before} with a probability of {share}."

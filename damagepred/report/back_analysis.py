@@ -34,6 +34,8 @@ def back_analysis_section(file: Path, study: Path) -> Section:
     parts: list[Part] = [Text([posterior_answer(posterior), intro], posterior_cautions(posterior))]
     parts += posterior_tables(posterior)
     caption = "Distribution of the movement under each cause, given the observations."
+    if "until" in posterior:
+        caption = "Movement over time under the likeliest cause; bars: each visit alone (90 %)."
     if "crack_probability" in posterior:
         caption += " Below, under the likeliest cause: probable cracks, with observed cracks and levels."
     label = "Posterior distribution of the movement, and map of probable cracks"
@@ -72,6 +74,8 @@ def posterior_cautions(posterior: xr.Dataset) -> list[str]:
             if not cut > UNCERTAIN:
                 where = "paths end before the further movements"
             said.append(f"{name}: {where}; damage beyond is unknown. To know it, {advice}.")
+    if posterior.sizes.get("visit") == 1:
+        said.append("One visit shows no rate: rate and forecast come from the prior of the history alone.")
     if float(posterior["another_cause_odds"]) > 1:
         said.append("A cause without a study is more probable than all studies together.")
     return said

@@ -23,6 +23,7 @@ from damagepred.report.back_analysis import posterior_cautions
 from damagepred.scene import Scene
 from damagepred.scene.reading import build
 from damagepred.study import Study
+from damagepred.uq.history import PRESENT
 from damagepred.uq.observations import (
     CrackObservation,
     CrackPrediction,
@@ -199,7 +200,7 @@ def test_a_window_that_has_closed_tells_the_movement(tmp_path: Path) -> None:
     change = walls.ds["opening_width_change"].values[2, :, 0]
     seen = Observations(window=(WindowObservation(opening=1, width_change=change[4], error="0.05 mm"),))
     model = seen.discrepancy
-    fit = walls.fit_of_archive(seen, model)
+    (fit,) = walls.fits(seen, PRESENT, [model], np.arange(6), replayed=False)
     assert fit.misfit[2, 4] == 0.0
     expected = (change[5] - change[4]) ** 2 / (5e-5**2 + (model.distortion_share * change[5]) ** 2)
     assert fit.misfit[2, 5] == pytest.approx(expected)
@@ -222,8 +223,8 @@ def test_the_likelihood_is_integrated_over_the_fitted_discrepancy(causes: list[P
     random, log_prior = np.random.default_rng(5), walls.log_prior(None)
     drawn = [Discrepancy().at(normal) for normal in random.standard_normal((2000, 2))]
     logs = [
-        special.logsumexp(log_prior + walls.fit_of_archive(Observations(crack=crack), model).log_likelihood)
-        for model in drawn
+        special.logsumexp(log_prior + fit.log_likelihood[..., 0])
+        for fit in walls.fits(Observations(crack=crack), PRESENT, drawn, np.arange(len(log_prior)), replayed=False)
     ]
     expected = special.logsumexp(logs) - np.log(len(logs))
     found = infer(causes[1], Observations(crack=crack))
