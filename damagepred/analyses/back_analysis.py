@@ -307,7 +307,7 @@ def posterior(
     if unknown := [name for name in seen.prior_odds if name not in (*names, ANOTHER)]:
         raise InputError(f"prior_odds: '{unknown[0]}': is not a study." + nearest(unknown[0], [*names, ANOTHER]))
     movement = None if seen.movement is None else movement_distribution(seen.movement, studies[0].units, "movement")
-    states = [_states(walls, seen, movement, workers, options, on_replay) for walls in studies]
+    states = [states_of(walls, seen, movement, workers, options, on_replay) for walls in studies]
     logs = [each.log for each in states]
     evidence = np.array([special.logsumexp(log) if np.isfinite(log).any() else -np.inf for log in logs])
     if not np.isfinite(evidence).any():
@@ -341,7 +341,7 @@ class _States(NamedTuple):
     visits: tuple[FloatArray | None, ...] = ()  # log weights if a visit were alone, None without readings
 
 
-def _states(
+def states_of(
     walls: StoredWalls,
     seen: Observations,
     movement: MovementDistribution | None,
@@ -437,7 +437,7 @@ def _near_posterior(
 ) -> _Draws:
     """Histories and discrepancies drawn near their posterior, by kind, with weights of the prior over the proposal."""
     guides = rows[np.isfinite(prior[rows]).any(axis=1)]
-    guides, parts = guides[:: -(-len(guides) // WALLS)], []
+    guides, parts = guides[:: max(1, len(guides) // WALLS)], []
     for kind in range(len(seen.prior.kind)):
         normal = _normals(seen, kind, options, kind)
         draws, near = _drawn(seen, kind, normal, np.zeros(len(normal))), round((1.0 - DEFENSIVE) * len(normal))
@@ -460,7 +460,7 @@ def _near_posterior(
             ratio = kernels - np.log(near * np.prod(np.diag(root))) + 0.5 * (normal**2).sum(axis=1)
             log_weight = -np.logaddexp(np.log(DEFENSIVE), np.log1p(-DEFENSIVE) + ratio)
             draws = _drawn(seen, kind, normal, log_weight)
-            if power == 1.0:
+            if effective_samples(weight) > len(weight) / 4:
                 break
         parts.append(draws)
     return _joined(parts)
@@ -515,7 +515,7 @@ def _future(walls: StoredWalls, weight: FloatArray, options: InferenceOptions, h
     )
 
 
-def _over_time(
+def over_time(
     walls: StoredWalls, seen: Observations, states: _States, options: InferenceOptions, highest: int
 ) -> xr.Dataset:
     """Rate, kind of history, and movement at dates before and after the last visit, with categories; of one study."""
@@ -624,7 +624,7 @@ def _dataset(
         quantiles.append(_quantiles(walls, weight, options))
         futures.append(_future(walls, weight, options, highest))
         if seen.dates:
-            futures[-1] = futures[-1].merge(_over_time(walls, seen, each, options, highest))
+            futures[-1] = futures[-1].merge(over_time(walls, seen, each, options, highest))
     effective = np.array([min(effective_samples(w.sum(axis=1)), each.effective) for w, each in zip(weights, states)])
     resemblance = special.chdtrc(seen.count, np.array(misfits))
     usable = (effective >= options.fewest_effective) & (resemblance >= options.resemblance)
