@@ -7,7 +7,6 @@ prior; its survey has the errors and the discrepancy that the likelihood assumes
 
 from __future__ import annotations
 
-import argparse
 import datetime as dt
 from pathlib import Path
 from typing import Any
@@ -34,7 +33,12 @@ VISITS = [dt.date(2020, 1, 1), dt.date(2021, 7, 1), dt.date(2023, 3, 1), dt.date
 MONTHS = [LAST - dt.timedelta(days=90 * k) for k in range(12, -1, -1)]
 CATEGORY = 2
 START, END = "<!-- written by visits.py -->", "<!-- end of visits -->"
-SURVEYS = ("five visits", "steady"), ("five visits", "steady step"), ("monitor", "steady step"), ("monitor", "seasonal")
+SURVEYS = (
+    ("five visits", "steady", 150),
+    ("five visits", "steady step", 150),
+    ("monitor", "steady step", 100),
+    ("monitor", "seasonal", 60),
+)
 
 
 class Formulas(StoredWalls):
@@ -124,24 +128,19 @@ def cases(
 
 def main() -> None:
     """Write the table into the README."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--cases", type=int, default=200)
-    given = parser.parse_args()
     lines = [
-        "| survey | history | rate | 1 year | 5 years | 10 years | effective histories, median |",
-        "|" + "---|" * 7,
+        "| survey | history | cases | rate | 1 year | 5 years | 10 years | effective histories |",
+        "|" + "---|" * 8,
     ]
-    for visits, kinds in SURVEYS:
-        found = cases(visits, tuple(kinds.split()), given.cases, 3)
-        held = [f"{found[name].mean():.3f}" for name in ("rate", "1 year", "5 years", "10 years")]
-        chances = f"{found['chance'].mean():.3f} foreseen, {found['reached'].mean():.3f} true"
-        lines.append(
-            f"| {visits} | {kinds.replace(' ', ', ')} | {' | '.join(held)} | {np.median(found['effective']):.0f} |"
-        )
-        print(lines[-1], chances, flush=True)
+    for visits, kinds, count in SURVEYS:
+        found = cases(visits, tuple(kinds.split()), count, 2)
+        held = " | ".join(f"{found[name].mean():.2f}" for name in ("rate", "1 year", "5 years", "10 years"))
+        effective = f"{np.median(found['effective']):.0f}"
+        lines.append(f"| {visits} | {kinds.replace(' ', ', ')} | {count} | {held} | {effective} |")
+        print(lines[-1], flush=True)
     text = README.read_text(encoding="utf-8")
     head, rest = text.split(START)
-    table = "\n".join([*lines, "", f"{given.cases} cases each."])
+    table = "\n".join(lines)
     README.write_text(f"{head}{START}\n\n{table}\n\n{END}{rest.split(END)[1]}")
 
 
