@@ -382,7 +382,7 @@ def states_of(
         return states
     each = np.exp(each - log.max())
     alone = [seen.alone(day) for day in seen.dates]
-    visits = [v and all_samples(_log_likelihood(walls, v, now, rows, local)) for v in alone]
+    visits = [None if v is None else all_samples(_log_likelihood(walls, v, now, rows, local)) for v in alone]
     # systematic resampling, which draws a state as often as its share says
     points = (np.arange(DRAWN) + 0.5) / DRAWN * each.sum()
     row, increment, draw = np.unravel_index(np.searchsorted(np.cumsum(each.ravel()), points), each.shape)
@@ -525,7 +525,7 @@ def over_time(
     dates = np.unique([*np.linspace(first - max(0.25 * (end - first), 1.0), end, DATES), *years_from(last, seen.dates)])
     year, units = np.timedelta64(round(365.25 * 86400), "s"), f"{walls.units} year-1"
     days = {"until": until, "visit": seen.dates}
-    coordinates = {name: np.array(values, dtype="datetime64[ns]") for name, values in days.items()}
+    coordinates: dict[str, Any] = {name: np.array(values, dtype="datetime64[ns]") for name, values in days.items()}
     coordinates["date"] = (np.datetime64(last, "s") + dates * year).astype("datetime64[ns]")
     if states.drawn is None:
         rate, kind, paths = np.full(1, np.nan), np.full(len(kinds), np.nan), np.full((1, len(dates)), np.nan)

@@ -259,15 +259,13 @@ class StoredWalls:
             if is_local(series[0]) and not replayed:
                 continue
             values = self._predicted(table, series, rows)
-            predicted = [
-                CrackPrediction(
-                    *(self._followed(v, rows, visit.get(reading.date)) for v in values),
-                    None
-                    if reading.since is None
-                    else CrackPrediction(*(self._followed(v, rows, visit[reading.since]) for v in values)),
+            predicted = []
+            for reading in series:
+                now, before = (
+                    [self._followed(v, rows, visit.get(day)) for v in values] for day in (reading.date, reading.since)
                 )
-                for reading in series
-            ]
+                earlier = None if reading.since is None else CrackPrediction(before[0], before[1])
+                predicted.append(CrackPrediction(now[0], now[1], earlier))
             totals = [total + series_fit(series, predicted, model) for total, model in zip(totals, models)]
         return totals
 

@@ -390,7 +390,7 @@ def _draw_history(posterior: xr.Dataset, ax: Axes, warning: str) -> None:
     cause, measure, colour = posterior.isel(study=best), measures(posterior)[best], OPENING_STYLES[0][0]
     low, lower, middle, upper, high = measure.factor * cause["history_quantile"].values.T
     date, visit = cause["date"].values, cause["visit"].values
-    bands = [
+    bands: list[Any] = [
         ax.fill_between(date, *ends, color=colour, alpha=alpha, linewidth=0.0, label=label)
         for *ends, alpha, label in ((low, high, 0.2, "90 %"), (lower, upper, 0.3, "50 %"))
     ]
@@ -398,7 +398,13 @@ def _draw_history(posterior: xr.Dataset, ax: Axes, warning: str) -> None:
     for some, style, label in ((~later | (date == visit[-1]), "-", "median"), (later, "--", "forecast")):
         bands += ax.plot(date[some], middle[some], style, color=colour, label=label)
     least, *_, each, _, most = measure.factor * cause["visit_quantile"].values.T
-    alone = {"fmt": "o", "color": "black", "markersize": 4, "capsize": 3, "label": "one visit alone, 90 %"}
+    alone: dict[str, Any] = {
+        "fmt": "o",
+        "color": "black",
+        "markersize": 4,
+        "capsize": 3,
+        "label": "one visit alone, 90 %",
+    }
     bands.append(ax.errorbar(visit, each, (each - least, most - each), **alone))
     bands += ax.plot(visit, np.zeros(len(visit)), "|", color="black", label="visits", clip_on=False)
     end = measure.factor * float(cause["movement_largest"])

@@ -467,7 +467,9 @@ class Observations:
 
     def alone(self, day: dt.date) -> Observations | None:
         """Observations of one day by themselves, without changes since another; None if there are none."""
-        tables: dict[str, Any] = {"crack": [crack for _, crack in self.cracks]} | {t: getattr(self, t) for t in TABLES[1:]}
+        tables: dict[str, Any] = {"crack": [crack for _, crack in self.cracks]} | {
+            t: getattr(self, t) for t in TABLES[1:]
+        }
         chosen: dict[str, Any] = {
             table: tuple(replace(r, date=None) for r in readings if r.date == day and r.since is None)
             for table, readings in tables.items()
@@ -645,19 +647,24 @@ def crack_fit(seen: CrackObservation, predicted: CrackPrediction, model: Any) ->
 
 def series_fit(series: Sequence[Reading], predicted: Sequence[CrackPrediction], model: Any) -> Fit:
     """Fit of the readings of one quantity; ``model``: discrepancy, or the terms of several (``stacked``)."""
-    other = _fit([_deviations(r, p.any, None if p.before is None else p.before.any, model) for r, p in zip(series, predicted)])
+    other = _fit(
+        [_deviations(r, p.any, None if p.before is None else p.before.any, model) for r, p in zip(series, predicted)]
+    )
     if all(getattr(reading, "direction", None) is None for reading in series):
         return other
     # a mixture: the model's crack may run otherwise than the real one
     share = model.direction
-    same = _fit([_deviations(r, p.along, None if p.before is None else p.before.along, model) for r, p in zip(series, predicted)])
+    same = _fit(
+        [
+            _deviations(r, p.along, None if p.before is None else p.before.along, model)
+            for r, p in zip(series, predicted)
+        ]
+    )
     both = np.logaddexp(np.log1p(-share) + same.log_likelihood, np.log(share) + other.log_likelihood)
     return Fit(both, np.minimum(same.misfit, other.misfit - 2.0 * np.log(share)))
 
 
-def _deviations(
-    reading: Reading, value: FloatArray, before: FloatArray | None, model: Any
-) -> tuple[Any, ...]:
+def _deviations(reading: Reading, value: FloatArray, before: FloatArray | None, model: Any) -> tuple[Any, ...]:
     """Reading, its prediction, and the standard deviations that it shares with its series and has of its own."""
     discrepancy, error = _errors(reading, value, model)
     own = np.hypot(error, OWN_SHARE * discrepancy)
@@ -692,7 +699,7 @@ def _fit(readings: Sequence[tuple[Any, ...]]) -> Fit:
         common = cross / rest + node / np.sqrt(rest)
         terms = [censored(m + shared * common, *ends, np.maximum(own, 1e-12)) for ends, m, shared, own in limits]
         chances.append(math.log(weight / math.sqrt(2.0 * math.pi)) + sum(term.log_likelihood for term in terms))
-    chance = special.logsumexp(chances, axis=0)
+    chance: Any = special.logsumexp(chances, axis=0)
     return Fit(log + chance, misfit - 2.0 * chance)
 
 
