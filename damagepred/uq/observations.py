@@ -153,7 +153,7 @@ class Reading:
     Attributes
     ----------
     date, since : date, optional
-        Day of the visit, and the day since which the measured value has changed by so much.
+        Day of the visit; day from which the measured value is a change.
     """
 
     date: Day | None = None
@@ -161,7 +161,7 @@ class Reading:
 
     @property
     def observed(self) -> float | None:
-        """Measured value; None if limits were observed."""
+        """Measured value, or None of an observation of limits."""
         return next((v for name in _MEASURED if (v := getattr(self, name, None)) is not None), None)
 
     @property
@@ -239,7 +239,7 @@ class MonitorSeries:
     name : str
         Name of the monitor.
     x, y, within, direction, part, error
-        As of a crack.
+        Keys of a crack.
     date : tuple of date
         Days of the readings, in order.
     width : tuple of float, optional
@@ -461,12 +461,12 @@ class Observations:
 
     @cached_property
     def dates(self) -> list[dt.date]:
-        """Days of all readings, in order; none if they have no dates."""
+        """Days of all readings, in order; empty without dates."""
         days = {day for _, found in self.series for reading in found for day in (reading.date, reading.since)}
         return sorted(day for day in days if day is not None)
 
     def alone(self, day: dt.date) -> Observations | None:
-        """Observations of one day by themselves, without changes since another; None if there are none."""
+        """Observations of one day by themselves, without changes since another; None of a day without any."""
         tables: dict[str, Any] = {"crack": [crack for _, crack in self.cracks]} | {
             t: getattr(self, t) for t in TABLES[1:]
         }
@@ -486,7 +486,8 @@ class Observations:
                     f"and where it runs none is wider than {outer.range[1] * 1e3:.3g} mm. Correct one of them, or "
                     "give places or a smaller `within`."
                 )
-        for day in self.dates or [None]:
+        days: list[Any] = self.dates or [None]
+        for day in days:
             self._refuse_contradictions_of(day)
 
     def _refuse_contradictions_of(self, day: dt.date | None) -> None:
@@ -583,7 +584,7 @@ class Observations:
         path = Path(path)
         try:
             table = path.suffix.lower() in SUFFIXES
-            tables = {survey_kind(path): [{"file": path.name}]} if table else read_toml(path)
+            tables: dict[str, Any] = {survey_kind(path): [{"file": path.name}]} if table else dict(read_toml(path))
             for name, kind in _KINDS.items():
                 entries = tables.get(name)
                 if isinstance(entries, list):
@@ -697,7 +698,9 @@ def _fit(readings: Sequence[tuple[Any, ...]]) -> Fit:
     chances = []
     for node, weight in zip(*np.polynomial.hermite_e.hermegauss(COMMON_POINTS)):
         common = cross / rest + node / np.sqrt(rest)
-        terms = [censored(m + shared * common, *ends, np.maximum(own, 1e-12)) for ends, m, shared, own in limits]
+        terms = [
+            censored(m + shared * common, low, high, np.maximum(own, 1e-12)) for (low, high), m, shared, own in limits
+        ]
         chances.append(math.log(weight / math.sqrt(2.0 * math.pi)) + sum(term.log_likelihood for term in terms))
     chance: Any = special.logsumexp(chances, axis=0)
     return Fit(log + chance, misfit - 2.0 * chance)
@@ -735,7 +738,7 @@ def _vague(reading: Any, model: Discrepancy) -> tuple[float, float]:
                 z = math.log(reading.width / middle) / deviation
                 open_ = math.exp(-0.5 * z**2) / (reading.width * deviation * math.sqrt(2.0 * math.pi))
                 chance = 0.5 * (whole + open_)
-            else:  # a change alone says nothing of the width
+            else:  # any width fits a change
                 ends = np.maximum(_limits(reading), 0.0) if reading.change is None else (0.0, np.inf)
                 below = [0.5 * (x > 0) + 0.5 * special.ndtr(np.log(max(x, 1e-300) / middle) / deviation) for x in ends]
                 chance = float(below[1] - below[0])
