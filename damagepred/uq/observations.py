@@ -161,7 +161,7 @@ class Reading:
 
     @property
     def observed(self) -> float | None:
-        """Measured value, or None of an observation of limits."""
+        """Measured value; limits have no value."""
         return next((v for name in _MEASURED if (v := getattr(self, name, None)) is not None), None)
 
     @property
@@ -466,7 +466,7 @@ class Observations:
         return sorted(day for day in days if day is not None)
 
     def alone(self, day: dt.date) -> Observations | None:
-        """Observations of one day by themselves, without changes since another; None of a day without any."""
+        """Observations of one day by themselves, without changes since another."""
         tables: dict[str, Any] = {"crack": [crack for _, crack in self.cracks]} | {
             t: getattr(self, t) for t in TABLES[1:]
         }
