@@ -27,10 +27,20 @@ class Brick(NamedTuple):
 class Grid(NamedTuple):
     """Lines on which joints may lie."""
 
-    x: list[float]  # every half brick along the wall (m), and where bricks are cut
+    x: list[float]  # every half brick along the wall (m), or quarter, and where bricks are cut
     y: list[float]  # bed joints, from the underside to the top (m)
-    # lines x on which the perpends of even and of odd courses of running bond lie; stack bond has the first
-    perpends: tuple[frozenset[int], frozenset[int]]
+    perpends: tuple[frozenset[int], frozenset[int]]  # lines x of the perpends of even and of odd courses
+    step: int = 1  # lines x per half brick
+
+
+BONDS = {
+    "running": (4, (0,), (2,)),
+    "stack": (4, (0,), (0,)),
+    "header": (2, (0,), (1,)),
+    "english": (4, (0,), (1, 3)),
+    "flemish": (6, (0, 4), (1, 3)),
+}
+"""Period of each bond along a course, and perpends of even and of odd courses, in quarters of a brick."""
 
 
 def gauge(scene: Scene) -> Grid:
@@ -45,7 +55,12 @@ def gauge(scene: Scene) -> Grid:
     if scene.wall.fit == "cut":
         return Grid(*_cut_lines(_breakpoints(along, half), scene.wall, y))
     x = _lines(_breakpoints(along, half), half)
-    return Grid(x, y, (frozenset(range(0, len(x), 2)), frozenset(range(1, len(x), 2))))
+    period, *courses = BONDS[scene.wall.bond]
+    step = 2 if any(place % 2 for places in courses for place in places) else 1
+    if step == 2:
+        x = np.interp(0.5 * np.arange(2 * len(x) - 1), np.arange(len(x)), x).tolist()
+    even, odd = (frozenset(i for i in range(len(x)) if 2 // step * i % period in places) for places in courses)
+    return Grid(x, y, (even, odd), step)
 
 
 def _cut_lines(
@@ -53,14 +68,16 @@ def _cut_lines(
 ) -> tuple[list[float], list[float], tuple[frozenset[int], frozenset[int]]]:
     """Lines of a wall of cut bricks: breakpoints, and perpends that are not too near to them."""
     brick, near = wall.block_length, wall.shortest_cut or wall.block_length / 4
+    period, *places = BONDS[wall.bond]
     courses = []
-    for shift in (0.0, brick / 2):
-        first = (wall.bond_offset + shift) % brick
-        perpends = first + brick * np.arange(math.ceil(wall.length / brick))
+    for quarters in (*places, (0, 2)):  # lintels end on half bricks, too
+        length = period * brick / 4 if quarters in places else brick
+        first = [(wall.bond_offset + place * brick / 4) % length for place in quarters]
+        perpends = np.sort(np.add.outer(first, length * np.arange(math.ceil(wall.length / length))).ravel())
         away = np.abs(perpends[:, None] - np.array(points)).min(axis=1)
         courses.append(perpends[(away >= near * (1 - 1e-9)) & (perpends < wall.length)])
     x = np.unique(np.concatenate((points, *courses)))
-    even, odd = (frozenset(np.searchsorted(x, perpends).tolist()) for perpends in courses)
+    even, odd = (frozenset(np.searchsorted(x, perpends).tolist()) for perpends in courses[:2])
     return x.tolist(), y, (even, odd)
 
 
@@ -71,7 +88,9 @@ def courses_and_halves(scene: Scene) -> tuple[int, int, float]:
         points = _breakpoints(marks, spacing)
         numbers.append(sum(_count(low, high, spacing) for low, high in itertools.pairwise(points)))
     wall = scene.wall
-    holes = sum(2 * o.width * o.height for o in scene.opening) / (wall.block_length * wall.block_height)
+    above = wall.length * wall.height - (float(np.trapezoid(*np.array(wall.top).T[::-1])) if wall.top else 0.0)
+    area = sum(o.width * o.height for o in scene.opening) + (above if wall.top else 0.0)
+    holes = 2 * area / (wall.block_length * wall.block_height)
     return numbers[1], numbers[0], holes
 
 
@@ -80,6 +99,9 @@ def _marks(scene: Scene) -> list[tuple[list[float], float]]:
     wall = scene.wall
     along = [e for o in scene.opening for e in (o.x, o.right)] + [joint.x for joint in scene.control_joint]
     up = [e for o in scene.opening for e in (o.y, o.top)]
+    for (x, y), (next_x, next_y) in itertools.pairwise(wall.top):  # steps, and the level tops between them
+        along += [x] if x == next_x else []
+        up += [y] if y == next_y else []
     return [([0.0, wall.length, *along], wall.block_length / 2), ([0.0, wall.height, *up], wall.block_height)]
 
 
@@ -115,10 +137,12 @@ def lay_bricks(scene: Scene) -> list[Brick]:
     for course, (bottom, top) in enumerate(zip(grid.y[:-1], grid.y[1:])):
         middle = (bottom + top) / 2
         taken = [(_index(grid.x, o.x), _index(grid.x, o.right)) for o in scene.opening if o.y < middle < o.top]
+        taken += _above(scene.wall, grid, middle)
         beams = [(first, last) for level, first, last in lintels.values() if level == course]
-        edges = set(grid.perpends[course % 2 if scene.wall.bond == "running" else 0])
-        edges |= {0, len(grid.x) - 1} | {e for span in taken + beams for e in span}
-        edges |= {_index(grid.x, joint.x) for joint in scene.control_joint if course >= _lowest_course(scene, joint)}
+        ends = {0, len(grid.x) - 1} | {e for span in taken + beams for e in span}
+        ends |= {_index(grid.x, joint.x) for joint in scene.control_joint if course >= _lowest_course(scene, joint)}
+        perpends, other = grid.perpends[course % 2], grid.perpends[1 - course % 2]
+        edges = (_closed(perpends, other, ends) if grid.step == 2 else perpends) | ends
         edges -= {e for first, last in beams for e in range(first + 1, last)}
         joints = sorted(edges)
         bricks += [
@@ -127,6 +151,47 @@ def lay_bricks(scene: Scene) -> list[Brick]:
             if not any(first <= a and b <= last for first, last in taken)
         ]
     return bricks
+
+
+def _above(wall: Wall, grid: Grid, middle: float) -> list[tuple[int, int]]:
+    """Spans of lines x between which a course, by the height of its middle, lies above the top of the wall."""
+    lines = np.array(grid.x[:: grid.step])
+    out = np.concatenate(([False], wall.top_at(0.5 * (lines[:-1] + lines[1:])) < middle, [False]))
+    first, last = np.flatnonzero(np.diff(out.astype(int)) == 1), np.flatnonzero(np.diff(out.astype(int)) == -1)
+    return list(zip((grid.step * first).tolist(), (grid.step * last).tolist()))
+
+
+def exposed_top(scene: Scene, bricks: Sequence[Brick]) -> list[tuple[int, float, float]]:
+    """Bricks under the top of the wall, each with start and end of its part of the top (m); no sills."""
+    box = np.array(bricks)
+    edges = np.unique(box[:, [0, 2]])
+    middles = 0.5 * (edges[:-1] + edges[1:])
+    over = (box[:, :1] < middles) & (box[:, 2:3] > middles)
+    highest = np.where(over.any(axis=0), np.where(over, box[:, 3:4], -1.0).argmax(axis=0), -1)
+    for hole in scene.opening:
+        if _is_open(scene.wall, hole):
+            highest[(middles > hole.x) & (middles < hole.right)] = -1
+    runs = np.flatnonzero(np.diff(highest, prepend=-2, append=-2))
+    return [(int(highest[a]), float(edges[a]), float(edges[b])) for a, b in itertools.pairwise(runs) if highest[a] >= 0]
+
+
+def _is_open(wall: Wall, hole: Opening) -> bool:
+    """Whether a hole reaches the top of the wall."""
+    return hole.top > wall.lowest_top(hole.x, hole.right) - EDGE_TOLERANCE * wall.block_height
+
+
+def _closed(perpends: frozenset[int], other: frozenset[int], ends: set[int]) -> frozenset[int]:
+    """Perpends, in quarters of a brick, with closers: none is a quarter from an end.
+
+    It moves to half a brick from the end, as after a header with a queen closer; or it is left out, as beside a
+    three-quarter bat, where the ``other`` course has a perpend there.
+    """
+    closed = set(perpends)
+    for end, side in itertools.product(ends, (1, -1)):
+        if end + side in closed - ends:
+            closed.remove(end + side)
+            closed |= {end + 2 * side} - other
+    return frozenset(closed)
 
 
 def may_break(length: Any, block_length: float) -> Any:
@@ -172,13 +237,14 @@ def _index(lines: list[float], value: float) -> int:
 def _lintel(scene: Scene, hole: Opening, grid: Grid) -> tuple[int, int, int] | None:
     """(course, first, last half-brick line) of the lintel over a hole; None if the hole reaches the top."""
     level = _index(grid.y, hole.top)
-    if level == len(grid.y) - 1:
+    if level == len(grid.y) - 1 or _is_open(scene.wall, hole):
         return None
     first, last = _bearing(grid, hole)
     y = (grid.y[level] + grid.y[level + 1]) / 2
-    if grid.x[first] > hole.x - 1e-9 or grid.x[last] < hole.right + 1e-9:
+    if any(start < last and first < end for start, end in _above(scene.wall, grid, y)):
         raise InputError(
-            f"opening at x = {hole.x:g} m: its lintel finds no bearing at an end of the wall; move the opening inwards"
+            f"opening at x = {hole.x:g} m: its lintel, from {grid.x[first]:g} to {grid.x[last]:g} m, reaches above the "
+            "top of the wall; make the opening lower, or shorten lintel_bearing"
         )
     for joint in scene.control_joint:
         if grid.x[first] + 1e-9 < grid.x[_index(grid.x, joint.x)] < grid.x[last] - 1e-9:
@@ -206,9 +272,10 @@ def _lintel(scene: Scene, hole: Opening, grid: Grid) -> tuple[int, int, int] | N
 
 
 def _bearing(grid: Grid, hole: Opening) -> tuple[int, int]:
-    """Half-brick lines at the ends of the lintel: at least one half brick beyond each jamb."""
-    jamb_left, jamb_right = _index(grid.x, hole.x), _index(grid.x, hole.right)
+    """Lines at the ends of the lintel: at least one half brick beyond each jamb, except at an end of the wall."""
+    lines = grid.x[:: grid.step]
+    jamb_left, jamb_right = _index(lines, hole.x), _index(lines, hole.right)
     reach = hole.lintel_bearing * (1 + 1e-9)  # of two lines equally near take the farther on both sides
-    first = min(_index(grid.x, hole.x - reach), jamb_left - 1)
-    last = max(_index(grid.x, hole.right + reach), jamb_right + 1)
-    return max(first, 0), min(last, len(grid.x) - 1)
+    first = min(_index(lines, hole.x - reach), jamb_left - 1)
+    last = max(_index(lines, hole.right + reach), jamb_right + 1)
+    return grid.step * max(first, 0), grid.step * min(last, len(lines) - 1)

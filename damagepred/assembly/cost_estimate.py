@@ -133,6 +133,10 @@ class WallCost:
         )
 
 
+BRICKS_PER_HALF = {"header": 1.0, "english": 0.75, "flemish": 2.0 / 3.0}
+"""Bricks per half brick of the length of a course, where headers make it more than a half."""
+
+
 @checked
 def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
     """Size of a scene's wall and estimated cost of solving it, before anything is built.
@@ -156,12 +160,13 @@ def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
     solver, wall = scene.solver, scene.wall
     steps = 1.0 + (increments or scene.movement.increment_count)
     courses, halves, holes = courses_and_halves(scene)
-    bricks = max(courses * (halves / 2 + 1) - holes / 2, 1.0)
+    per_half = BRICKS_PER_HALF.get(wall.bond, 0.5)
+    bricks = max(courses * (halves * per_half + 1) - holes * per_half, 1.0)
     segments, footing_zones = _footing_blocks_and_zones(scene)
     cells, facets = _cells(scene)
     zoned = bricks if cells else 0.0
     blocks = bricks + segments
-    beds = bricks * (2.0 if wall.bond == "running" else 1.0)
+    beds = bricks * (1.0 if wall.bond == "stack" else 2.0)
     parts = solver.no_tension_parts if no_tension_joint(scene.joint) else 1
     interfaces = (beds * parts + bricks) * max(facets, 1.0) + 2 * segments
     if scene.dpc is not None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly.assembly import Assembly
-from damagepred.assembly.bond import Brick
+from damagepred.assembly.bond import Brick, exposed_top
 from damagepred.assembly.model import Blocks, Jacks, LaboratoryTest, Model
 from damagepred.errors import InputError
 from damagepred.scene import Joint, Load, Loading, Scene, Support, Wall
@@ -33,14 +33,14 @@ class Sides(NamedTuple):
 NO_SIDES = Sides(np.empty((0, 4)), np.empty((0, 3)))
 
 
-def sides_of(bricks: Sequence[Brick], wall: Wall, beam: bool) -> Sides:
+def sides_of(bricks: Sequence[Brick], scene: Scene, beam: bool) -> Sides:
     """Bricks and top of a wall that loads can act on; a beam on the wall takes those on its top."""
     box = np.array([brick[:4] for brick in bricks])
     if beam:
+        wall = scene.wall
         on_it = [0.0, wall.height, wall.length, wall.height + wall.block_height]
         return Sides(np.vstack((box, on_it)), np.array([[len(bricks), 0.0, wall.length]]))
-    on_top = np.flatnonzero(box[:, 3] > wall.height * (1 - 1e-9))
-    return Sides(box, np.column_stack((on_top, box[on_top, 0], box[on_top, 2])))
+    return Sides(box, np.array(exposed_top(scene, bricks)))
 
 
 def add_supports(assembly: Assembly, supports: Sequence[Support], bricks: Sequence[Brick]) -> None:

@@ -157,7 +157,7 @@ def _geometry(
     sides = zip(geometry.interfaces.block_a.tolist(), geometry.interfaces.block_b.tolist())
     control = np.array([numbers.get((min(pair), max(pair)), -1) for pair in sides], dtype=np.int64)
     jambs = _jambs(scene, bricks, geometry)
-    return WallGeometry(geometry, tuple(bricks), jambs, footing, control, sides_of(bricks, wall, beam))
+    return WallGeometry(geometry, tuple(bricks), jambs, footing, control, sides_of(bricks, scene, beam))
 
 
 @lru_cache(maxsize=8)

@@ -24,6 +24,7 @@ TOPICS = (
     "control-joints",
     "a-house",
     "floors-and-beams",
+    "gables-and-bonds",
     "from-cracks-to-causes",
     "from-probabilities-to-decisions",
     "a-street",

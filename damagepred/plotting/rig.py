@@ -112,17 +112,17 @@ def draw_test(ax: Axes, scene: Scene, force: float | None) -> None:
 
 def draw_load(ax: Axes, scene: Scene, load: Load, words: str, places: FloatArray, reach: float, near: float) -> None:
     """Draw a load as arrows of some reach at places along its side, ``near`` the wall (m), with words."""
-    length, height, gap = scene.wall.length, scene.wall.height, 0.3 * TRIANGLE * scene.wall.length
+    length, gap = scene.wall.length, 0.3 * TRIANGLE * scene.wall.length
     out_x, out_y = {"top": (0.0, 1.0), "left": (-1.0, 0.0), "right": (1.0, 0.0)}[load.side]
     from_x, from_y = (out_x, out_y) if load.direction == "towards" else (-out_y, abs(out_x))
-    level = height if load.y is None else load.y
+    levels = scene.wall.top_at(places) if load.y is None else np.full(len(places), load.y)
     tails = []
-    for place in places:
+    for place, level in zip(places.tolist(), levels.tolist()):
         x, y = (place, level) if load.side == "top" else (length if load.side == "right" else 0.0, place)
         tip = x + near * out_x, y + near * out_y
         tails.append((tip[0] + reach * from_x, tip[1] + reach * from_y))
         draw_arrow(ax, tip, tails[-1])
-    x, y = np.mean(tails, axis=0)
+    x, y = np.mean(tails, axis=0)[0], np.max(tails, axis=0)[1]
     style: dict[str, Any] = {"ha": {"top": "center", "left": "right", "right": "left"}[load.side], "va": "bottom"}
     if load.y is not None:
         style["bbox"] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0}

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from damagepred.assembly.assembly import rectangle
-from damagepred.assembly.bond import Brick, lay_bricks, parted
+from damagepred.assembly.bond import Brick, exposed_top, lay_bricks, parted
 from damagepred.inputs.arguments import checked
 from damagepred.plotting.colours import (
     BRICK_COLOURS,
@@ -116,7 +116,12 @@ def _entry(artist: Any) -> Patch | Line2D:
 def _draw_wall(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
     """Draw bricks, lintels, dpc and control joints."""
     holes, style = scene.opening, dict[str, Any](edgecolors=BRICK_EDGE, linewidths=0.35, zorder=2)
-    lintels = {b for b in bricks for h in holes if b.left < h.x < h.right < b.right and 0 <= b.bottom - h.top < 1e-3}
+    lintels = {
+        b
+        for b in bricks
+        for h in holes
+        if b.left - 1e-9 < h.x < h.right < b.right + 1e-9 and 0 <= b.bottom - h.top < 1e-3
+    }
     for label, shown, colour in (
         ("bricks", [b for b in bricks if b not in lintels], BRICK_COLOURS[1]),
         ("lintels", lintels, LINTEL_COLOUR),
@@ -136,7 +141,7 @@ def _draw_wall(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
 def _draw_loads(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
     """Draw the roof and the loads with a size over the bricks that carry them."""
     length, height, rows = scene.wall.length, scene.wall.height, dict[float, int]()
-    carrying = [(b.left, b.right) for b in bricks if b.top > height * (1 - 1e-9)]
+    carrying = [(left, right) for _, left, right in exposed_top(scene, bricks)]
     roof = [("roof", Load(force=scene.loads.roof))] if scene.loads.roof else []
     for name, load in roof + [(load.name or f"load {n}", load) for n, load in enumerate(scene.load, 1) if load.sized]:
         start, end = strip_of(load, scene.wall)

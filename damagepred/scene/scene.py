@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache, cached_property, reduce
 from itertools import combinations
-from math import floor
+from math import ceil, floor
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -36,7 +36,7 @@ from damagepred.scene.settlement import POINTS, signed_size
 from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement, with_climate_zone
 from damagepred.scene.strain import Creep, Strain
-from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall
+from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall, thin_strips
 
 STUDY_KEYS = ("scene", "study", "variables", "correlation")
 """Keys of study files only."""
@@ -144,6 +144,11 @@ class Scene:
                     f"{name}: y + height = {hole.top:g} m reaches outside the wall, whose height is {wall.height:g} m."
                     + likely_unit(hole.top, wall.height, "m")
                 )
+            if hole.top > (lowest := wall.lowest_top(hole.x, hole.right)) + tolerance:
+                raise ValueError(
+                    f"{name}: y + height = {hole.top:g} m reaches above the top of the wall there, {lowest:g} m; make "
+                    "it lower, or raise wall.top"
+                )
             if hole.width >= wall.length - tolerance:
                 raise ValueError(f"{name}: width = {hole.width:g} m leaves no wall beside it; make it narrower")
             self._outlives_the_gauge(name, hole)
@@ -212,7 +217,7 @@ class Scene:
             ("strip of wall on its right", wall.length - hole.right, along),
             ("height", hole.height, up),
             ("strip of wall below it", hole.y, up),
-            ("strip of wall above it", wall.height - hole.top, up),
+            ("strip of wall above it", wall.lowest_top(hole.x, hole.right) - hole.top, up),
         ):
             if 1e-9 * wall.length < size <= least:
                 raise ValueError(
@@ -225,9 +230,14 @@ class Scene:
         level = self.dpc.course * self.wall.block_height
         for number, hole in enumerate(self.opening, start=1):
             if hole.kind == "window" and hole.y + 0.5 * self.wall.block_height < level < hole.top:
+                courses = (
+                    floor(hole.y / self.wall.block_height + 1e-9),
+                    ceil(hole.top / self.wall.block_height - 1e-9),
+                )
                 raise ValueError(
                     f"dpc.course = {self.dpc.course}: the dpc would lie {level:g} m up, in opening {number} (window), "
-                    f"which reaches from {hole.y:g} to {hole.top:g} m; a dpc lies below the windows"
+                    f"which reaches from {hole.y:g} to {hole.top:g} m; take {courses[0]}, below the window, or "
+                    f"{courses[1]}, above a basement window"
                 )
 
     def _control_joints_fit(self) -> None:
@@ -309,6 +319,8 @@ class Scene:
             raise ValueError("movement.shape = 'loads': a test has no footing and no [dynamics]; leave them out")
         if self.loading.control != "force" and self.solver.method == "explicit":
             raise ValueError(f"loading.control = '{self.loading.control}': the explicit solver takes 'force' only")
+        if self.wall.top and self.loading.beam != "none":
+            raise ValueError(f"loading.beam = '{self.loading.beam}': lies on a level top; leave it or wall.top out")
         check_test(self.support, self.load, self.wall.length)
 
     def _slow_strains_fit(self) -> None:
@@ -495,6 +507,8 @@ class Scene:
     def _require_consistent(self, stated: Any, source: str) -> None:
         """Refuse impossible numbers, and stated numbers (tables, or objects made in Python) that follow from others."""
         require_possible(self, {}, source)
+        for thin in thin_strips(self.wall, self.opening):
+            raise InputError(f"{source}: {thin}.")
         log = bool(self.soil_layer)
         for path in FOLLOWING if log or self.movement.seasons else ():
             given = stated

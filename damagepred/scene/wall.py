@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from typing import Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from damagepred.arrays import FloatArray
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Length
 
 EDGE_TOLERANCE = 0.05
 """Tolerance between edges on the same joint, as a share of a half brick or of a course."""
+
+THINNEST = 0.9
+"""Least pier over half a brick with its joint, and least strip over a course: a brick alone is thinner by the joint."""
 
 
 @described
@@ -24,6 +30,9 @@ class Wall:
         Length of the wall (m).
     height : float
         Height of the wall (m).
+    top : sequence of (x, y)
+        Points of a gable or of a stepped top (m), from x = 0 to the wall's length; two points at one x are a step. The
+        highest is at ``height``. Half bricks whose middle lies above the line are left out. Without: a level top.
     thickness : float
         Out-of-plane thickness (m).
     block_length : float
@@ -31,8 +40,10 @@ class Wall:
         perpends and courses move a little so that every end, jamb, sill and head meets a joint.
     block_height : float
         Height of a course, brick and bed joint (m).
-    bond : {"running", "stack"}
-        Running bond breaks the perpends at half bricks; stack bond does not.
+    bond : {"running", "stack", "header", "english", "flemish"}
+        Running bond breaks the perpends at half bricks; stack bond does not. Headers are half a brick long: header
+        bond has them alone, English bond in every other course, Flemish bond beside each stretcher. With these, queen
+        closers of a quarter brick follow the header at ends and jambs; header bond has three-quarter bats there.
     fit : {"gauged", "cut"}
         Bricks at ends, jambs and control joints. ``gauged``: a little longer or shorter, so that half bricks fill every
         stretch. ``cut``: bricks keep their length along the whole wall, and are cut there.
@@ -52,10 +63,11 @@ class Wall:
 
     length: Length = Field(default=6.0, gt=0, le=1000)
     height: Length = Field(default=2.4, gt=0, le=200)
+    top: tuple[tuple[Length, Length], ...] = ()
     thickness: Length = Field(default=0.11, ge=1e-3, le=5)
     block_length: Length = Field(default=0.24, ge=1e-3, le=20)
     block_height: Length = Field(default=0.075, ge=1e-3, le=20)
-    bond: Literal["running", "stack"] = "running"
+    bond: Literal["running", "stack", "header", "english", "flemish"] = "running"
     fit: Literal["gauged", "cut"] = "gauged"
     bond_offset: Length = Field(default=0.0, ge=0)
     shortest_cut: Length | None = Field(default=None, gt=0)
@@ -64,6 +76,49 @@ class Wall:
     def bricks(self) -> int:
         """Approximate number of whole bricks in the elevation."""
         return math.ceil(self.length / self.block_length) * math.ceil(self.height / self.block_height)
+
+    def top_at(self, x: FloatArray) -> FloatArray:
+        """Height of the top at places along the wall (m).
+
+        Parameters
+        ----------
+        x : array of float
+            Distance from the left end (m).
+        """
+        return np.interp(x, *np.array(self.top).T) if self.top else np.full(np.shape(x), self.height)
+
+    def lowest_top(self, start: float, end: float) -> float:
+        """Least height of the top over a stretch (m).
+
+        Parameters
+        ----------
+        start, end : float
+            Ends of the stretch, from the left end of the wall (m).
+        """
+        inside = [y for x, y in self.top if start < x < end]
+        ends = self.top_at(np.array([start, end]) + 1e-6 * (end - start) * np.array([1.0, -1.0]))
+        return min([*inside, *ends.tolist()])
+
+    @model_validator(mode="after")
+    def _top_is_a_line(self) -> Wall:
+        if not self.top:
+            return self
+        x, y = np.array(self.top).T
+        near = 1e-6 * self.length
+        if abs(x[0]) > near or abs(x[-1] - self.length) > near or (np.diff(x) < 0).any():
+            raise ValueError(
+                f"top: its points go from x = {x[0]:g} to {x[-1]:g} m; they must go from 0 to the wall's length "
+                f"({self.length:g} m), from left to right"
+            )
+        if abs(y.max() - self.height) > 1e-6 * self.height:
+            raise ValueError(
+                f"top: its highest point is at {y.max():g} m, and height = {self.height:g} m; both must be the same"
+            )
+        if y.min() < self.block_height:
+            raise ValueError(
+                f"top: its lowest point, {y.min():g} m, is below the first course ({self.block_height:g} m)"
+            )
+        return self
 
     @model_validator(mode="after")
     def _holds_a_brick(self) -> Wall:
@@ -100,7 +155,8 @@ class Opening:
         Clear height (m).
     lintel_bearing : float
         Bearing length of the lintel on either side (m). The lintel is one block, a course high, of the bricks'
-        material; an opening up to the top of the wall has no lintel.
+        material; an opening up to the top of the wall has no lintel. At an end of the wall it bears on one side, as a
+        cantilever: give it a bearing that holds it.
 
     Examples
     --------
@@ -151,6 +207,33 @@ class Opening:
             and self.y < other.top + margin
             and other.y < self.top + margin
         )
+
+
+def thin_strips(wall: Wall, openings: Sequence[Opening]) -> Iterator[str]:
+    """Piers thinner than half a brick and strips thinner than a course, each in a sentence with the nearest value."""
+    least = {"pier": 0.5 * wall.block_length, "strip": wall.block_height}
+    for number, hole in enumerate(openings, start=1):
+        others = [other for other in openings if other is not hole]
+        beside = [other for other in others if other.y < hole.top and hole.y < other.top]
+        over = [other for other in others if other.x < hole.right and hole.x < other.right]
+        left = max([0.0, *(other.right for other in beside if other.right <= hole.x)])
+        right = min([wall.length, *(other.x for other in beside if other.x >= hole.right)])
+        low = max([0.0, *(other.top for other in over if other.top <= hole.y)])
+        high = min([wall.lowest_top(hole.x, hole.right), *(other.y for other in over if other.y >= hole.top)])
+        for what, place, size, key, value in (
+            ("pier", "to its left", hole.x - left, "x", left + least["pier"]),
+            ("pier", "to its right", right - hole.right, "x", right - least["pier"] - hole.width),
+            ("strip", "below it", hole.y - low, "y", low + least["strip"]),
+            ("strip", "above it", high - hole.top, "height", high - least["strip"] - hole.y),
+        ):
+            if what == "pier" and not left <= value <= right - hole.width + 1e-9:
+                key, value = "width", hole.width + size - least["pier"]
+            if 1e-9 * wall.length < size < THINNEST * least[what]:
+                of = "half a brick" if what == "pier" else "a course"
+                yield (
+                    f"opening {number} ({hole.kind}): the {what} {place} is {size:.4g} m, thinner than {of} "
+                    f"({least[what]:.4g} m); the nearest {key} that works is {value:.6g} m"
+                )
 
 
 @described

@@ -49,7 +49,7 @@ BAD_SCENES = {
         GOOD + '[solver]\nabove_dpc = "deformable"\n[dynamics]\nduration = 0.1\n',
         ["above_dpc = 'deformable'", "'elastic'", "leave out [dynamics]"],
     ),
-    "lintel without bearing": (GOOD + WINDOW.format(x=0, width=0.48, height=0.2), ["lintel", "bearing"]),
+    "thin pier": (GOOD + WINDOW.format(x=0.05, width=0.48, height=0.2), ["pier to its left is 0.05 m", "x", "0.12 m"]),
 }
 
 

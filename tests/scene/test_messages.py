@@ -24,7 +24,7 @@ BAD = {
     ),
     "number for table": ({"wall": 3}, ["wall = 3", "must be a table", "[wall]"]),
     "table for list of tables": ({"opening": WINDOW}, ["opening", "[[opening]]"]),
-    "wrong word": ({"wall": {"bond": "runing"}}, ["[wall] bond = 'runing'", "'running' or 'stack'", "Did you mean"]),
+    "wrong word": ({"wall": {"bond": "runing"}}, ["[wall] bond = 'runing'", "'running', 'stack'", "Did you mean"]),
     "unknown damage table": ({"damage": {"table": "as2780"}}, ["as2780", "Did you mean 'as2870'?"]),
     "negative": ({"joint": {"cohesion": -1.0}}, ["[joint] cohesion = -1", "at least 0 Pa"]),
     "negative with unit": ({"wall": {"length": "-6 m"}}, ["[wall] length", "-6", "greater than 0 m"]),
