@@ -181,10 +181,10 @@ def _is_open(wall: Wall, hole: Opening) -> bool:
 
 
 def _closed(perpends: frozenset[int], other: frozenset[int], ends: set[int]) -> frozenset[int]:
-    """Perpends, in quarters of a brick, with closers: none is a quarter from an end.
+    """Perpends (quarters of a brick) at half a brick or more from each end.
 
-    It moves to half a brick from the end, as after a header with a queen closer; or it is left out, as beside a
-    three-quarter bat, where the ``other`` course has a perpend there.
+    A perpend a quarter from an end moves to a half: a header with a queen closer. If the ``other`` course has a perpend
+    there, it is left out: a three-quarter bat.
     """
     closed = set(perpends)
     for end, side in itertools.product(ends, (1, -1)):

@@ -34,7 +34,7 @@ NO_SIDES = Sides(np.empty((0, 4)), np.empty((0, 3)))
 
 
 def sides_of(bricks: Sequence[Brick], scene: Scene, beam: bool) -> Sides:
-    """Bricks and top of a wall that loads can act on; a beam on the wall takes those on its top."""
+    """Bricks and top of a wall under loads; a beam on the wall carries the loads on the top."""
     box = np.array([brick[:4] for brick in bricks])
     if beam:
         wall = scene.wall

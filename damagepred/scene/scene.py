@@ -507,7 +507,7 @@ class Scene:
     def _require_consistent(self, stated: Any, source: str) -> None:
         """Refuse impossible numbers, and stated numbers (tables, or objects made in Python) that follow from others."""
         require_possible(self, {}, source)
-        for thin in thin_strips(self.wall, self.opening):
+        for thin in thin_strips(self.wall, self.opening) if isinstance(stated, Mapping) else ():
             raise InputError(f"{source}: {thin}.")
         log = bool(self.soil_layer)
         for path in FOLLOWING if log or self.movement.seasons else ():

@@ -108,7 +108,7 @@ def test_every_key_of_a_table_is_described_with_unit_default_and_range() -> None
     for name in described_fields(Wall)[1]:
         assert f"| `{name}` |" in text
     assert "| `length` | m | 6 | above 0, at most 1000 | Length of the wall. |" in text
-    assert "| `bond` | `running` or `stack` | `running` |" in text
+    assert "| `bond` | `running` or `stack` or `header` or `english` or `flemish` | `running` |" in text
     assert "| `x` | m | required | at least 0 |" in text
     assert "| `normal_stiffness` | Pa/m | 8.2e+10 | at least 0.001 | k_n. |" in text
 
