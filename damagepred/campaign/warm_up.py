@@ -31,7 +31,7 @@ def warm_up(scene: Scene, rare: bool = True) -> None:
     # small, with joints that open, slide and break, so that all kernels are compiled
     small = replace(
         scene,
-        wall=replace(scene.wall, length=1.44, height=0.6, block_length=0.24, block_height=0.075),
+        wall=replace(scene.wall, length=1.44, height=0.6, top=(), block_length=0.24, block_height=0.075),
         opening=(),
         control_joint=tuple(replace(joint, x=0.72) for joint in scene.control_joint[:1]),
         dpc=replace(scene.dpc, course=1) if scene.dpc else None,
