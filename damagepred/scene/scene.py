@@ -507,8 +507,9 @@ class Scene:
     def _require_consistent(self, stated: Any, source: str) -> None:
         """Refuse impossible numbers, and stated numbers (tables, or objects made in Python) that follow from others."""
         require_possible(self, {}, source)
-        for thin in thin_strips(self.wall, self.opening) if isinstance(stated, Mapping) else ():
-            raise InputError(f"{source}: {thin}.")
+        for scene in getattr(self, "scenes", (self,)) if isinstance(stated, Mapping) else ():  # walls of a house
+            for thin in thin_strips(scene.wall, scene.opening):
+                raise InputError(f"{source}: {thin}.")
         log = bool(self.soil_layer)
         for path in FOLLOWING if log or self.movement.seasons else ():
             given = stated
