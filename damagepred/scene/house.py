@@ -53,10 +53,12 @@ class House(Scene):
     Examples
     --------
     >>> from damagepred.scene import House
-    >>> walls = [{"name": "front", "start": [0, 0], "end": [6, 0]}, {"name": "side", "start": [6, 0], "end": [6, 4]}]
+    >>> plan = {"left": [0, 4], "front": [0, 0], "right": [6, 0], "back": [6, 4]}
+    >>> ends = [*plan.values(), [0, 4]]
+    >>> walls = [{"name": name, "start": ends[k], "end": ends[k + 1]} for k, name in enumerate(plan)]
     >>> house = House.from_dict({"wall": walls})
-    >>> house.junctions[0].point, house.scenes[1].wall.length
-    ((6.0, 0.0), 4.0)
+    >>> house.scenes[1].wall.length, sorted(junction.point for junction in house.junctions)
+    (6.0, [(0.0, 0.0), (0.0, 4.0), (6.0, 0.0), (6.0, 4.0)])
     """
 
     wall: tuple[PlanWall, ...]  # type: ignore[assignment]

@@ -19,7 +19,7 @@ MOVES = {
 }
 
 
-@pytest.mark.parametrize("name", get_args(Template))
+@pytest.mark.parametrize("name", [name for name in get_args(Template) if name != "house"])  # a scene, no study
 def test_each_template_samples_the_batch_of_its_mortar(name: Template, tmp_path: Path) -> None:
     write_template(tmp_path / "house.toml", name)
     settings = StudySettings.from_toml(tmp_path / "house.toml")

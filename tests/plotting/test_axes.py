@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import inspect
+from xml.etree import ElementTree
 
 import matplotlib.pyplot as plt
 import pytest
 import xarray as xr
 
 from damagepred import plotting
+from damagepred.plotting.vector import svg_of
 
 DRAWINGS = [name for name in plotting.__all__ if name.startswith("draw")]
 OF_WALLS = [
@@ -35,4 +37,17 @@ def test_one_figure_takes_drawings_side_by_side(on_dpc: xr.Dataset) -> None:
         assert getattr(plotting, name)(on_dpc, ax) is ax
     figure.canvas.draw()
     assert plt.get_fignums() == [figure.number]  # nothing else was opened
+    plt.close(figure)
+
+
+@pytest.mark.parametrize(("scale", "limits"), [("log", (0.1, 10.0)), ("linear", (-2.0, 30.0))])
+def test_a_drawing_tells_the_page_where_its_axes_are(scale: str, limits: tuple[float, float]) -> None:
+    figure, ax = plt.subplots(figsize=(4.0, 3.0))
+    ax.set(xscale=scale, xlim=limits)
+    root = ElementTree.fromstring(svg_of(figure, "a", "axes", ax))
+    assert root.get("data-scale") == scale
+    assert (float(root.attrib["data-from"]), float(root.attrib["data-to"])) == limits
+    width = float(root.attrib["viewBox"].split()[2]) / 72.0  # inches
+    shares = float(root.attrib["data-right"]) - float(root.attrib["data-left"])
+    assert shares * width == pytest.approx(ax.get_position().width * 4.0, rel=1e-3)
     plt.close(figure)

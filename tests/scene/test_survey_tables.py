@@ -129,7 +129,6 @@ def test_levels_count_from_the_first_point_or_between_visits(tmp_path: Path) -> 
         ("crack", "x,y,width (mm)\n1,1,-2\n", r"f\.csv, line 2: width = -0\.002: must be greater than 0"),
         ("crack", "x,y,width (mm)\n1,1,wide\n", r"line 2, width = 'wide'"),
         ("crack", "x,y,width (mm),direction\n1,1,2,up\n", r"line 2: direction = 'up': must be 'horizontal'"),
-        ("crack", "x,y,width,date\n1,1,2 mm,2024-01-01\n1,1,3 mm,2025-01-01\n", "has 2 visits"),
         ("level", "x,level\n1,2\n", "needs two points or more"),
         ("level", "x,y,level\n0,0,0\n1,20000,0.1\n", r"line 3: to_y = 20000"),
         ("slope", "value,error\n-1,0\n", r"line 2: value = -1"),

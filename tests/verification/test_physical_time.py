@@ -91,7 +91,7 @@ def test_the_time_step(verify: Verify, unit: Unit, settings: Dynamics) -> None:
         f"damping {settings.damping}, s = {settings.step_share(dry=False):g}: {unit}",
         "dynamic",
         "dt (s)",
-        dynamic_run(stack(unit, 1).build(RIGID), RIGID, settings).time_step,
+        dynamic_run(stack(unit, 1).build(RIGID), RIGID, settings).timing.step,
         settings.step_share(dry=False) * limit,
         1e-5,
     )
