@@ -32,11 +32,11 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return run(tmp_path_factory.mktemp("plain") / "bits.json", "--watch")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_every_product_and_factorisation_is_made_with_one_thread(plain: dict[str, Any]) -> None:
     assert plain["free"] == []
-    # most lines of the package that there are
-    assert len(plain["held"]) > 0.6 * sum(len(lines) for lines in lines_with_matrices().values())
+    # more than half of the lines with products and factorisations
+    assert len(plain["held"]) > 0.5 * sum(len(lines) for lines in lines_with_matrices().values())
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ from damagepred.assembly.geometry import refuse_overlaps
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import Scene
+from damagepred.scene.reading import build
 from tests.properties.strategies import openings
 
 LENGTHS = st.integers(100, 800).map(lambda v: v / 100)
@@ -37,7 +38,7 @@ def walls(draw: st.DrawFn) -> Scene:
     if draw(st.booleans()):
         tables["dpc"] = {"course": 1}
     try:
-        scene = Scene.from_dict(tables)
+        scene = build(Scene, tables, "scene")  # thin piers and strips, too
         wall_geometry(scene)
     except InputError as error:  # lintels that meet, openings that overlap or hold the dpc: refused in plain words
         assume(
