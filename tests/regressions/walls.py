@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numba
+
 from damagepred.assembly import wall_model
-from damagepred.kernels.jit import rule
+from damagepred.kernels.jit import FLAGS
 from damagepred.kernels.zone.forces import zone_forces
 from damagepred.scene import BlockMaterial, Dpc, Loads, Movement, Opening, Scene, Solver, Wall
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
@@ -38,7 +40,7 @@ def cracked() -> DampedTimeStepping:
     return run
 
 
-@rule  # not kept: what a script leaves in the cache, a test that imports it could not load
+@numba.njit(**FLAGS)  # not kept: what a script leaves in the cache, a test that imports it could not load
 def zones_alone(zones, displacement, force, cycles):
     for _ in range(cycles):
         zone_forces(zones, displacement, force)

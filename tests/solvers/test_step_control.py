@@ -14,6 +14,7 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.options import DEFAULTS
+from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.step_control import (
     DISTANT_STEP_GROWTH,
     EVENT_STEP_GROWTH,
@@ -150,7 +151,7 @@ def test_an_overload_that_is_gone_in_smaller_steps_makes_steps_to_events_longer(
 
 def test_the_energy_balance_shortens_steps() -> None:
     control, state = started()
-    control.refine_step(0.04)
+    control.refine_step(0.04, 0.1, 1.0)
     assert load_factor(control.target(state)) == pytest.approx(0.04)
 
 
@@ -165,3 +166,24 @@ def test_collapse_is_bracketed_from_both_sides() -> None:
     assert load_factor(control.target(state)) == 0.05
     state.load_factor = 0.1 - 0.9 * OPTIONS.collapse_bracket
     assert control.has_located_collapse(state)
+
+
+def test_a_path_jumps_where_its_error_does_not_fall_with_the_step() -> None:
+    control, _ = started()
+    assert not control.is_jump(0.01, 1.0)  # nothing to compare with
+    control.refine_step(0.04, 0.1, 1.0)
+    assert control.is_jump(0.05, 0.76)
+    assert not control.is_jump(0.05, 0.75)
+    assert not control.is_jump(0.051, 0.9)  # hardly shorter
+
+
+def test_what_a_jump_loses_is_released() -> None:
+    before = EnergyBalance(np.zeros(3), external_work=5.0, elastic_energy=3.0, friction_work=1.0, energy_error=1.0)
+    after = EnergyBalance(
+        np.zeros(3), 9.0, 3.0, friction_work=2.0, fracture_work=0.5, energy_error=3.5, released_energy=0.0
+    )
+    after.count_as_snap_through(before)
+    assert (after.energy_error, after.released_energy, after.snap_through_energy) == (1.0, 2.5, 2.5)
+    gained = EnergyBalance(np.zeros(3), 5.0, 4.0, friction_work=1.0, energy_error=2.0)
+    gained.count_as_snap_through(before)
+    assert (gained.energy_error, gained.released_energy) == (2.0, 0.0)

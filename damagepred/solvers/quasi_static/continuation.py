@@ -301,11 +301,14 @@ class Continuation:
         before = copy(self.bonds), copy(self.balance)
         self.commit(trial, unstable=snapped, snapped=snapped)
         length = np.inf if snapped else self.energy_control.next_length(before[1], self.balance, step)
+        error = self.balance.energy_error - before[1].energy_error
         # live loads already use small steps
         if length < step and step > control.shortest_refined_step and not self._locates_collapse:
+            control.refine_step(length, step, error)
             self.bonds, self.balance = before
-            control.refine_step(length)
             return False
+        if length < step and control.is_jump(step, error):
+            self.balance.count_as_snap_through(before[1])
         control.allow_step(length, step)
         if self.state.load == control.goal[0]:  # dead load and movement are measured by different load factors
             self._longest_step = control.longest_step

@@ -67,6 +67,19 @@ class EnergyBalance:
         names = described(Energies)
         return Energies(**{name: value for name, value in vars(self).items() if name in names})
 
+    def imbalance(self) -> float:
+        """External work that is neither stored, nor dissipated, nor released (J)."""
+        dissipated = self.fracture_work + self.friction_work + self.crushing_work + self.plastic_work
+        return self.external_work - self.elastic_energy - dissipated - self.released_energy
+
+    def count_as_snap_through(self, before: EnergyBalance) -> None:
+        """Count what the last step lost as released: no shorter step loses less, so the wall snapped through in it."""
+        lost = self.imbalance() - before.imbalance()
+        if lost > 0.0:  # a snap-through can only lose energy
+            self.energy_error = before.energy_error
+            self.released_energy += lost
+            self.snap_through_energy += lost
+
     def begin(self, model: Model, state: State) -> None:
         """Start the balance at a state."""
         self.change_supports(model)
