@@ -207,6 +207,10 @@ class Continuation:
         methods = Methods.BOTH_FORMS if newton_only else Methods.ALL
         if may_halve and self.equilibrium.has_potential:
             methods = Methods.NEWTON
+        if control.relaxes:
+            distant = _Trial(*self._find_distant(state, trial, ahead, newton_only=False, collapse_known=False))
+            if distant.residual < self.tolerance:
+                return distant
         residual = self.equilibrium.find(trial, ahead, methods)
         if residual >= self.tolerance and self._locates_collapse and step > control.minimum_step:
             control.reject_target(target)
@@ -307,8 +311,14 @@ class Continuation:
             control.refine_step(length, step, error)
             self.bonds, self.balance = before
             return False
-        if length < step and control.is_jump(step, error):
+        softens = self.balance.damage > before[1].damage and not self._locates_collapse
+        if softens and length < step and control.is_jump(step, error):
+            if not control.relaxes:  # dynamic relaxation finds where the wall comes to rest
+                control.relaxes, control.next_point = True, (trial.load, trial.load_factor)
+                self.bonds, self.balance = before
+                return False
             self.balance.count_as_snap_through(before[1])
+        control.relaxes = False
         control.allow_step(length, step)
         if self.state.load == control.goal[0]:  # dead load and movement are measured by different load factors
             self._longest_step = control.longest_step

@@ -30,7 +30,7 @@ DAMAGE_GROWTH = 1.0
 SHORTEST_CUT = 0.1
 """Least factor from one step to the next (1)."""
 JUMP_SHARE = 0.75
-"""Energy error over that of a step twice as long or longer from which the path jumps; other errors halve or more (1)."""
+"""Energy error over that of a step at least twice as long from which the path jumps; other errors halve or more (1)."""
 STEP_GROWTH = 4.0
 """Largest factor from one step to the next (1)."""
 
@@ -88,6 +88,7 @@ class StepControl:
     halvings: int = 0  # energy balance of the present step
     event_cuts: int = 0
     accepted_steps: int = 0  # steps since the last event: as often the predictor was too early
+    relaxes: bool = False  # whether the path jumps in the present step
     refused: tuple[float, float] = (0.0, 0.0)  # length (1) and energy error (J) of the last step that was too long
     refined: bool = False  # whether the energy balance asked for this step: the next is not longer
 
@@ -176,7 +177,7 @@ class StepControl:
     def is_jump(self, step: float, error: float) -> bool:
         """Whether the energy error (J) hardly falls with the step length: the path jumps, however short the step."""
         refused_step, refused_error = self.refused
-        return self.refined and step <= 0.5 * refused_step and error > JUMP_SHARE * refused_error
+        return step <= 0.5 * refused_step and error > JUMP_SHARE * refused_error
 
     def accept_step(self, target: Point) -> None:
         """Go on after a step that ended before any event."""
