@@ -73,7 +73,7 @@ class EnergyBalance:
         return self.external_work - self.elastic_energy - dissipated - self.released_energy
 
     def count_as_snap_through(self, before: EnergyBalance) -> None:
-        """Count what the last step lost as released: no shorter step loses less, so the wall snapped through in it."""
+        """Count the loss of energy in the last step as released: the wall has snapped through."""
         lost = self.imbalance() - before.imbalance()
         if lost > 0.0:  # a snap-through can only lose energy
             self.energy_error = before.energy_error

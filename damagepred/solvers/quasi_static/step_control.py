@@ -30,7 +30,7 @@ DAMAGE_GROWTH = 1.0
 SHORTEST_CUT = 0.1
 """Least factor from one step to the next (1)."""
 JUMP_SHARE = 0.75
-"""Energy error over that of a step at least twice as long from which the path jumps; other errors halve or more (1)."""
+"""Ratio of the energy errors of a step and of one twice as long, above which the path jumps; else it is 0.5 or less (1)."""
 STEP_GROWTH = 4.0
 """Largest factor from one step to the next (1)."""
 
@@ -175,7 +175,7 @@ class StepControl:
         self.longest_step, self.next_point, self.refined, self.refused = length, None, True, (step, error)
 
     def is_jump(self, step: float, error: float) -> bool:
-        """Whether the energy error (J) hardly falls with the step length: the path jumps, however short the step."""
+        """Whether the energy error (J) of a shorter step is nearly the same, so that the path jumps."""
         refused_step, refused_error = self.refused
         return step <= 0.5 * refused_step and error > JUMP_SHARE * refused_error
 
