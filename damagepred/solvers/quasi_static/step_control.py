@@ -30,7 +30,7 @@ DAMAGE_GROWTH = 1.0
 SHORTEST_CUT = 0.1
 """Least factor from one step to the next (1)."""
 JUMP_SHARE = 0.75
-"""Ratio of the energy errors of a step and of one twice as long, above which the path jumps; else it is 0.5 or less (1)."""
+"""Ratio of the energy errors of a step and of a step twice as long, above which the path jumps; usually 0.25 (1)."""
 STEP_GROWTH = 4.0
 """Largest factor from one step to the next (1)."""
 
