@@ -129,9 +129,10 @@ class House(Scene):
         share = np.linspace(0.0, 1.0, POINTS_ALONG)
         moved = {w.name: 1e3 * self.surface(w.points(share * w.length)) for w in self.wall}
         low, high = min(moved, key=lambda name: moved[name].min()), max(moved, key=lambda name: moved[name].max())
+        down, up = (round(value, 2) + 0.0 for value in (moved[low].min(), moved[high].max()))  # no -0
         return (
-            f"The ground ({self.mound.shape}) moves by {moved[low].min():+.3g} mm under '{low}' to "
-            f"{moved[high].max():+.3g} mm under '{high}', up positive"
+            f"The ground ({self.mound.shape}) ends lowest under '{low}', at {down:.3g} mm, and highest under '{high}', "
+            f"at {up:.3g} mm (up is positive)"
         )
 
     @property

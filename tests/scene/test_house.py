@@ -164,3 +164,13 @@ def test_levels_of_a_grid_are_read_with_sign_and_size(tmp_path):
     (tmp_path / "levels.csv").write_text("x (m);y (m);level (mm)\n0;0;0\n0;4;1\n2;0;2\n2;4;3\n")
     with pytest.raises(InputError, match="go from x = 0 to 2 m, the house from 0 to 4 m"):
         Scene.from_file_tables({"wall": text, "mound": {"shape": "levels", "levels": "levels.csv"}}, tmp_path, "f")
+
+
+def test_the_ground_that_does_not_move_is_at_0() -> None:
+    plan = {"front": (0.0, 0.0), "right": (6.0, 0.0), "back": (6.0, 4.0), "left": (0.0, 4.0)}
+    ends = [*plan.values(), (0.0, 0.0)]
+    walls = [{"name": name, "start": ends[k], "end": ends[k + 1]} for k, name in enumerate(plan)]
+    mound = {"shape": "tree", "point": (-1.0, 0.0), "reach": 4.0, "surface_movement": 0.04}
+    moved = House.from_dict({"wall": walls, "mound": mound, "movement": {"kind": "settle"}}).moves_in_plan
+    assert moved.startswith("The ground (tree) ends lowest under 'front', at -")
+    assert ", at 0 mm (up is positive)" in moved
