@@ -12,7 +12,7 @@ from damagepred.arrays import FloatArray
 from damagepred.campaign.settings import StudySettings
 from damagepred.damage import Rules
 from damagepred.errors import InputError, SolverError
-from damagepred.one_wall.judged_path import follow_wall
+from damagepred.one_wall.judged_path import distortion, follow_wall, gauges
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.uq.capacity import ROUNDING, interpolated_capacity
@@ -103,7 +103,8 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
     the limit. A path that fails beyond the movement counts as the latter.
     """
     rules = Rules.from_settings(**asdict(scene.damage))
-    limit = rules.table.limits[question.category - 1]
+    own = rules.table.measures
+    limit = 1.0 if own else rules.table.limits[question.category - 1]
     before, width_before = 0.0, 0.0
     try:
         for model, step in follow_wall(scene, fields, scene.movement.increments):
@@ -122,6 +123,10 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
                 scene.dpc is not None,
             )
             width = float(widths[rules.measure == "band"])
+            if own:
+                judged = dict(zip(("crack_width_max", "crack_band_width_max"), widths))
+                stored = {**verdict._asdict(), **judged, "opening_distortion": distortion(gauges(model).frames, step.increment)}
+                width = rules.table.share(stored, question.category)
             if verdict.damage_category >= question.category:
                 reached = interpolated_capacity((before, moved), (width_before, width), limit) / question.at - 1.0
                 return Margin(reached, reached)

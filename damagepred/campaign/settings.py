@@ -16,7 +16,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from damagepred.archive.schema import SCHEMA_VERSION
 from damagepred.archive.versions import COUNTS_FROM_1, from_0, from_1, inert_below_log
 from damagepred.arrays import FloatArray
-from damagepred.damage import DamageTable, load_table
+from damagepred.damage import STATE_TAKES, DamageTable, Rules
 from damagepred.errors import InputError, nearest
 from damagepred.formatting import quantity
 from damagepred.inputs.input_files import parse_toml, read_toml
@@ -200,8 +200,9 @@ class StudySettings:
         return settings
 
     def _require_consistent(self, stated: Any, source: str) -> None:
-        """Refuse numbers of the scene, and means in their place, that are physically impossible."""
+        """Refuse numbers of the scene, and means in their place, that are impossible, and faulty functions."""
         require_possible(self.scene, self.means(), source)
+        self.damage_table.by_measures(dict.fromkeys(STATE_TAKES, np.zeros(2)))
 
     @classmethod
     def of_tables(cls, tables: Mapping[str, Any], folder: Path, source: str) -> StudySettings:
@@ -437,8 +438,8 @@ class StudySettings:
 
     @property
     def damage_table(self) -> DamageTable:
-        """Damage table of the scene, with any plasterboard allowance."""
-        return load_table(self.scene.damage.table, plasterboard=self.scene.damage.plasterboard)
+        """Damage table or own states of the scene."""
+        return Rules.from_settings(**dataclasses.asdict(self.scene.damage)).table
 
     @property
     def last_category(self) -> float:

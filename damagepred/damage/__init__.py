@@ -11,6 +11,7 @@ from damagepred.damage.deviation import Distortion as Distortion
 from damagepred.damage.deviation import Frames as Frames
 from damagepred.damage.deviation import SightLines as SightLines
 from damagepred.damage.deviation import deviation_limits, sticking_limits
+from damagepred.damage.deviation import largest_distortion as largest_distortion
 from damagepred.damage.joints import JointMap as JointMap
 from damagepred.damage.judge import GROUP_COUNTS
 from damagepred.damage.judge import Rules as Rules
@@ -23,7 +24,10 @@ from damagepred.damage.limits import (
     load_movement_limits,
     load_strain_table,
 )
+from damagepred.damage.table import OWN_MEASURES as OWN_MEASURES
+from damagepred.damage.table import STATE_TAKES as STATE_TAKES
 from damagepred.damage.table import DamageTable, load_table, read_table
+from damagepred.damage.table import own_table as own_table
 from damagepred.damage.tracing import Growth as Growth
 from damagepred.damage.tracing import Numbered as Numbered
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -149,6 +149,12 @@ class Distortion(NamedTuple):
     opening_width_change: FloatArray  # (..., o): at the upper end of the jambs (m), widening positive
     opening_distortion: FloatArray  # (..., o): largest absolute change of the right angle at a corner (rad)
     opening_diagonal_change: FloatArray  # (..., o): of the diagonal that has shortened most (m), lengthening positive
+
+
+def largest_distortion(distortion: FloatArray) -> Any:
+    """Largest distortion of the openings (..., o); 0 without any. Openings with a single jamb do not count."""
+    unknown = np.isnan(distortion)
+    return np.where(unknown, 0.0, distortion).max(axis=-1, initial=0.0)
 
 
 class Frames(NamedTuple):

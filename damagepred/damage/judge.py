@@ -10,7 +10,7 @@ from damagepred.arrays import BoolArray, FloatArray
 from damagepred.damage.bands import BandGauges
 from damagepred.damage.cracks import find_cracks, group_widths, psi
 from damagepred.damage.joints import JointMap
-from damagepred.damage.table import DamageTable, load_table
+from damagepred.damage.table import DamageTable, load_table, own_table
 
 Widths = FloatArray | float
 
@@ -26,7 +26,8 @@ class Verdict(NamedTuple):
     # largest opening normal to a joint of the wall proper (m), the measure of damage tables here
     crack_width_max: float
     crack_band_width_max: float  # widest crack band (m), see ``damagepred.damage.bands``; at least ``crack_width_max``
-    crack_count: int  # separate cracks of the wall proper of category 1 or more
+    crack_count: int  # separate cracks of the wall proper of ``table.counted_width`` or more
+    crack_length: float  # of all cracks of the wall proper together (m)
     psi: float  # see ``damagepred.damage.cracks.psi``
     crack_group_width: tuple[float, ...]  # for ``GROUP_COUNTS`` (m), see ``damagepred.damage.cracks.group_widths``
     base_crack_width_max: float  # in the courses below the dpc (m)
@@ -52,15 +53,19 @@ class Rules(NamedTuple):
     count_footing_gap: bool  # whether a gap along the bed on the footing is a crack of a wall without a dpc
 
     @classmethod
-    def from_settings(cls, table: str, plasterboard: bool, **others: Any) -> Rules:
+    def from_settings(
+        cls, table: str, plasterboard: bool, state: Any = (), function: str | None = None, **others: Any
+    ) -> Rules:
         """Rules with the plain values of ``damagepred.scene.Damage``."""
-        return cls(load_table(table, plasterboard=plasterboard), **others)
+        own = own_table(state, function) if state else load_table(table, plasterboard=plasterboard)
+        return cls(own, **others)
 
     def attributes(self) -> dict[str, dict[str, float]]:
         """Archived attributes of the variables that depend on the rules."""
         return {
             "dpc_separation_length": {"opening_threshold": self.dpc_threshold},
             "footing_separation_length": {"opening_threshold": self.footing_threshold},
+            "crack_count": {"least_width": self.table.counted_width},
             "crack_group_width": {"group_distance": self.group_distance},
             "crack_band_width_max": {"gauge_length": self.band_gauge, "opening_threshold": self.band_threshold},
         }
@@ -80,8 +85,12 @@ def judge(
     slip: FloatArray,
     cracked: BoolArray,
     rules: Rules,
+    distortion: float = 0.0,
 ) -> Verdict:
-    """Verdict on one state of a wall, from opening, slip (m) and broken bonds at the contacts (m, q)."""
+    """Verdict on one state of a wall, from opening, slip (m) and broken bonds at the contacts (m, q).
+
+    ``distortion``: largest of the openings, for own states.
+    """
     cracks = find_cracks(joints, opening, slip, cracked)
     groups = group_widths(cracks, rules.group_distance, (*GROUP_COUNTS, rules.group_count))
     widest = cracks.width[0] if len(cracks.width) else 0.0
@@ -94,12 +103,13 @@ def judge(
     judged = rules.widths(widest, band, footing, bool(joints.dpc.size))
     group = groups[-1] if rules.count_rule else 0.0
     by_joint, by_band = rules.table.by_width_and_group(np.array(judged), group).tolist()
-    return Verdict(
+    verdict = Verdict(
         damage_category=by_band if rules.measure == "band" else by_joint,
         damage_category_band=by_band,
         crack_width_max=joint,
         crack_band_width_max=band,
-        crack_count=int((cracks.width >= rules.table.limits[0]).sum()),
+        crack_count=int((cracks.width >= rules.table.counted_width).sum()),
+        crack_length=float(cracks.length.sum()),
         psi=psi(cracks),
         crack_group_width=groups[:-1],
         base_crack_width_max=float(gap[joints.is_base[interface]].max(initial=0.0)),
@@ -109,3 +119,9 @@ def judge(
         footing_opening_max=footing,
         footing_separation_length=joints.footing_profile.open_length(opening, rules.footing_threshold),
     )
+    if not rules.table.measures:
+        return verdict
+    stored = {**verdict._asdict(), "opening_distortion": distortion}
+    stored |= dict(zip(("crack_width_max", "crack_band_width_max"), judged))
+    own = int(rules.table.by_measures(stored))
+    return verdict._replace(damage_category=own, damage_category_band=own)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import re
-import unicodedata
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -13,14 +13,32 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, Int8Array
 from damagepred.damage.limits import level_of
+from damagepred.damage.own_measure import own_measure
 from damagepred.errors import InputError, nearest, require_count, require_number
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.data_files import data_file
 from damagepred.inputs.input_files import read_toml
-from damagepred.inputs.text import check_title
+from damagepred.inputs.text import category_names, check_title
 
 TABLES = ("as2870", "bre251")
 """Damage tables that come with the package."""
+OWN_MEASURES = {
+    "width": "crack_width_max",
+    "band": "crack_band_width_max",
+    "count": "crack_count",
+    "length": "crack_length",
+    "psi": "psi",
+    "distortion": "opening_distortion",
+    "value": "",
+}
+"""Measures of own states, and their archive variables; a value is that of a function."""
+STATE_TAKES = (
+    *("crack_width_max", "crack_band_width_max", "crack_count", "crack_length", "psi", "opening_distortion"),
+    *("base_crack_width_max", "dpc_opening_max", "dpc_separation_length", "dpc_slip_max", "footing_opening_max"),
+)
+"""Archive variables that own states and their functions take."""
+VISIBLE = 1e-4
+"""Smallest width of a crack that own states count (m): the first limit of the damage tables."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +59,11 @@ class DamageTable:
         Smallest width of a crack in a group (m).
     plasterboard_factor : float or None
         Factor on all widths behind plasterboard, if the table has this allowance.
+    measures : tuple of (str, tuple of float)
+        For own states: measures of ``OWN_MEASURES``, and the smallest value of state 1, 2, ...; infinite where no state
+        has one. Then groups of cracks do not count.
+    function : str or None
+        Function of the measure ``value``, as ``module:function``.
 
     Examples
     --------
@@ -58,6 +81,55 @@ class DamageTable:
     group_category: int
     group_width: float
     plasterboard_factor: float | None
+    measures: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    function: str | None = None
+
+    @property
+    def rules(self) -> tuple[Any, ...]:
+        """Limits that determine a category, without names and groups."""
+        return self.limits, self.measures, self.function
+
+    @property
+    def counted_width(self) -> float:
+        """Smallest width of a crack that ``crack_count`` counts (m)."""
+        return VISIBLE if self.measures else self.limits[0]
+
+    @classmethod
+    def from_json(cls, text: str) -> DamageTable:
+        """Table from its fields in JSON."""
+        fields = json.loads(text)
+        lists = {key: tuple(value) for key, value in fields.items() if isinstance(value, list)}
+        measures = tuple((measure, tuple(limits)) for measure, limits in fields.get("measures", ()))
+        return cls(**{**fields, **lists, "measures": measures})
+
+    @property
+    def draws_widths(self) -> bool:
+        """Whether widths alone have limits, which drawings show: of all tables, and of own states by one width."""
+        return not self.measures or (
+            len(self.measures) == 1
+            and self.measures[0][0] in ("width", "band")
+            and all(a < b < np.inf for a, b in zip((0.0, *self.limits), self.limits))
+        )
+
+    def share(self, stored: Mapping[str, Any], category: int) -> float:
+        """Largest ratio of a measure of own states to its limit for a category: 1 or more where it is reached."""
+        values, limits = self.quantities(stored), dict(self.measures)
+        return max(float(values[m]) / limits[m][category - 1] for m in values)
+
+    def quantities(self, stored: Mapping[str, Any]) -> dict[str, FloatArray]:
+        """Values of each measure of own states, from values under the names of archive variables."""
+        values = {m: np.asarray(stored[OWN_MEASURES[m]], dtype=np.float64) for m, _ in self.measures if m != "value"}
+        if self.function is not None:
+            values["value"] = own_measure(self.function, {n: stored[n] for n in STATE_TAKES if n in stored})
+        return values
+
+    def by_measures(self, stored: Mapping[str, Any]) -> Int8Array:
+        """Own state: the highest that any measure reaches, element by element; -1 where one is NaN."""
+        if not self.measures:
+            return self.by_width(stored["crack_width_max"])
+        values = self.quantities(stored)
+        levels = np.array([level_of(values[measure], limits) for measure, limits in self.measures])
+        return np.where((levels < 0).any(axis=0), -1, levels.max(axis=0)).astype(np.int8)
 
     @property
     def highest(self) -> int:
@@ -100,6 +172,33 @@ class DamageTable:
         category = self.by_width(width)
         grouped = level_of(group_width, (self.group_width,)) > 0
         return np.where(grouped, np.maximum(category, self.group_category), category).astype(np.int8)
+
+
+def own_table(states: Sequence[Mapping[str, Any]], function: str | None = None) -> DamageTable:
+    """Table of own states, from the plain values of ``damagepred.scene.DamageState``."""
+    measures = []
+    for measure in OWN_MEASURES:
+        limits = [np.inf if (limit := state.get(measure)) is None else float(limit) for state in states[1:]]
+        if np.isfinite(limits).any():  # a state is reached where a higher one is
+            measures.append((measure, tuple(np.minimum.accumulate(limits[::-1])[::-1].tolist())))
+    said = [
+        " or ".join(f"{m} {state[m]:g}" for m in OWN_MEASURES if state.get(m) is not None) or "below"
+        for state in states
+    ]
+    own = "; ".join(f"{state['name']} ({limits})" for state, limits in zip(states, said))
+    widths = dict(measures).get("width") or dict(measures).get("band") or (np.inf,) * (len(states) - 1)
+    return DamageTable(
+        name=f"own states: {own}" + (f"; value of {function}" if function else ""),
+        source="[damage] of the scene",
+        confidence="given",
+        category_names=category_names(state["name"] for state in states),
+        limits=widths,
+        group_category=0,
+        group_width=np.inf,
+        plasterboard_factor=None,
+        measures=tuple(measures),
+        function=function,
+    )
 
 
 @checked
@@ -172,21 +271,12 @@ def _table(content: dict[str, Any]) -> DamageTable:
         raise ValueError("categories must be numbered 0, 1, ...")
     if any(a >= b for a, b in zip([0.0, *limits], limits)):
         raise ValueError("the limits must grow from category to category")
-    names = [unicodedata.normalize("NFC", str(c["name"])) for c in categories]
-    # letters of any script: the archive's attribute flag_meanings has the names, separated by blanks
-    kinds = [
-        re.sub(r"[LNM]", "a", "".join(unicodedata.category(c)[0] if c not in " _-" else c for c in n)) for n in names
-    ]
-    if bad := [name for name, kind in zip(names, kinds) if not re.fullmatch(r"a[a _-]{0,39}", kind)]:
-        raise ValueError(f"category name {bad[0][:40]!r}: must be at most 40 letters, digits, spaces, '_' and '-'")
-    if twice := [name for name in names if names.count(name) > 1]:
-        raise ValueError(f"category name {twice[0]!r}: two categories have it")
     require_count("group.category", group := content["group"]["category"], 0)
     return DamageTable(
         name=check_title(content["name"]),
         source=str(content["source"]),
         confidence=str(content["confidence"]),
-        category_names=tuple(names),
+        category_names=category_names(c["name"] for c in categories),
         limits=tuple(limits),
         group_category=int(require_number("group.category", group, 0, len(limits))),
         group_width=require_number("group.crack_width", content["group"]["crack_width"], 0.0, unit="m"),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import unicodedata
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -37,6 +39,18 @@ def check_title(text: str) -> str:
     if len(text) > LONGEST_TITLE:
         raise ValueError(f"has {len(text)} characters; at most {LONGEST_TITLE}")
     return text
+
+
+def category_names(names: Iterable[object]) -> tuple[str, ...]:
+    """Names of categories: different words of letters of any script, as the archive's flag meanings take them."""
+    normal = [unicodedata.normalize("NFC", str(name)) for name in names]
+    kinds = ["".join(c if c in " _-" else unicodedata.category(c)[0] for c in name) for name in normal]
+    if bad := [n for n, kind in zip(normal, kinds) if not re.fullmatch(r"[LNM][LNM _-]{0,39}", kind)]:
+        raise ValueError(f"category name {bad[0][:40]!r}: must be at most 40 letters, digits, spaces, '_' and '-'")
+    flags = [name.replace(" ", "_") for name in normal]
+    if twice := [name for name, flag in zip(normal, flags) if flags.count(flag) > 1]:
+        raise ValueError(f"category name {twice[0]!r}: two categories have it")
+    return tuple(normal)
 
 
 def csv_safe(frame: pd.DataFrame) -> pd.DataFrame:

@@ -28,11 +28,11 @@ NOT_OF_HOUSE = ("central_deflection", "deflection_ratio", "base_reaction")
 @each_with_one_blas_thread
 def follow_house(model: HouseModel, solver: Solver, damage: Damage, increments: int) -> Iterator[Step]:
     """Solve the path of a house and yield each increment with the damage of each wall."""
-    maps, rules = [gauges(wall).joints for wall in model.walls], Rules.from_settings(**asdict(damage))
+    places, rules = [gauges(wall) for wall in model.walls], Rules.from_settings(**asdict(damage))
     for increment in solve_path(model, solver, increments):
         fallen = _fallen(model, increment) if increment.collapsed else -1
-        parts = [replace(of_wall(model, increment, w), collapsed=w == fallen) for w in range(len(maps))]
-        walls = tuple(judged(joints, part, rules) for joints, part in zip(maps, parts))
+        parts = [replace(of_wall(model, increment, w), collapsed=w == fallen) for w in range(len(places))]
+        walls = tuple(judged(place, part, rules) for place, part in zip(places, parts))
         yield Step(increment, _worst([step.verdict for step in walls]), walls)
 
 

@@ -12,7 +12,7 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Model, wall_model
 from damagepred.assembly.brick_cracks import BrickWatch, bricks_break
 from damagepred.assembly.house import house_model
-from damagepred.damage import Frames, JointMap, Rules, SightLines, Verdict, judge
+from damagepred.damage import Frames, JointMap, Rules, SightLines, Verdict, judge, largest_distortion
 from damagepred.enumerations import ContactState
 from damagepred.kernels.jit import CACHE
 from damagepred.runtime.one_thread import each_with_one_blas_thread, one_blas_thread
@@ -75,21 +75,26 @@ def joint_map(model: Model) -> JointMap:
     )
 
 
+def distortion(frames: Frames, increment: Increment) -> float:
+    """Largest distortion of the openings (rad); 0 without any."""
+    return float(largest_distortion(frames.distortion(increment.displacement).opening_distortion))
+
+
 @each_with_one_blas_thread
 def follow(
     model: Model, solver: Solver, damage: Damage, increments: int, run: Iterable[Increment] | None = None
 ) -> Iterator[Step]:
     """Solve a path and yield each increment with its damage."""
-    joints = gauges(model).joints
-    rules = Rules.from_settings(**asdict(damage))
+    places, rules = gauges(model), Rules.from_settings(**asdict(damage))
     for increment in solve_path(model, solver, increments) if run is None else run:
-        yield judged(joints, increment, rules)
+        yield judged(places, increment, rules)
 
 
-def judged(joints: JointMap, increment: Increment, rules: Rules) -> Step:
+def judged(places: Gauges, increment: Increment, rules: Rules) -> Step:
     """Increment with its damage."""
     cracked = increment.state == ContactState.CRACKED
-    verdict = judge(joints, increment.opening, increment.slip, cracked, rules)
+    distorted = distortion(places.frames, increment) if rules.table.measures else 0.0
+    verdict = judge(places.joints, increment.opening, increment.slip, cracked, rules, distorted)
     if increment.collapsed:
         verdict = verdict._replace(damage_category=rules.table.highest, damage_category_band=rules.table.highest)
     return Step(increment, verdict)

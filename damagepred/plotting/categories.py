@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -15,16 +16,13 @@ from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable, load_table
 from damagepred.plotting.colours import CATEGORY_COLOURS
 from damagepred.plotting.sheet import MM, plain_number, small, verbatim
-
-TABLES = ("as2870", "bre251")
+from damagepred.results.rejudge import archived_table
 
 
 def table_of(ds: xr.Dataset) -> DamageTable:
-    """Damage table of a dataset by its attribute ``damage_table``; without it AS 2870."""
-    plain = [load_table(name) for name in TABLES]
-    eased = [table.with_plasterboard() for table in plain if table.plasterboard_factor is not None]
-    name = ds.attrs.get("damage_table")
-    return next((table for table in plain + eased if table.name == name), plain[0])
+    """Damage table of a dataset; for states by other measures than a width AS 2870 without names, for widths alone."""
+    table = archived_table(ds)
+    return table if table.draws_widths else replace(load_table("as2870"), category_names=())
 
 
 def name_of(ds: xr.Dataset, category: int) -> str:
@@ -34,6 +32,8 @@ def name_of(ds: xr.Dataset, category: int) -> str:
 
 def shade_bands(ax: Axes, table: DamageTable) -> None:
     """Shade the range of widths of each category on the vertical axis, and number the bands at the right edge."""
+    if not table.category_names:
+        return
     low, high = ax.get_ylim()
     edges = [0.0, *(limit * MM for limit in table.limits), np.inf]
     for category, (lower, upper) in enumerate(pairwise(edges)):
@@ -89,4 +89,4 @@ def not_reached(ds: xr.Dataset, reached: int) -> str:
 
 def highest_of(ds: xr.Dataset) -> int:
     """Highest category of the damage table of a study."""
-    return int(ds.attrs.get("highest_category", table_of(ds).highest))
+    return int(ds.attrs.get("highest_category", archived_table(ds).highest))

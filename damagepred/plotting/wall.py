@@ -148,10 +148,11 @@ def _draw_cracks(ax: Axes, gaps: FloatArray, width: FloatArray, table: DamageTab
     lines = 1.0 + 0.35 * np.asarray(norm(width[order]), dtype=np.float64)
     _draw_gaps(ax, gaps[order], colours(norm(width[order])), lines, "cracks", 4)
     limits = [limit * MM for limit in table.limits]
-    bar = bar_below(ax, ScalarMappable(norm, colours), "crack width (mm), category in the bar")
+    numbered = ", category in the bar" if table.category_names else ""
+    bar = bar_below(ax, ScalarMappable(norm, colours), f"crack width (mm){numbered}")
     bar.ax.tick_params(which="both", length=0)
     bar.set_ticks(limits, labels=[plain_number(limit) for limit in limits])
-    for category in range(colours.N):
+    for category in range(colours.N if numbered else 0):
         bar.ax.text(
             (category + 0.5) / colours.N,
             0.45,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
@@ -21,12 +23,15 @@ from damagepred.archive.schema import (
 from damagepred.arrays import BoolArray, FloatArray, Int8Array
 from damagepred.damage import (
     HAIRLINE,
+    OWN_MEASURES,
+    STATE_TAKES,
     DamageTable,
     JointMap,
     Rules,
     Verdict,
     deviation_limits,
     judge,
+    largest_distortion,
     load_table,
     read_table,
     sticking_limits,
@@ -35,8 +40,10 @@ from damagepred.damage.table import TABLES
 from damagepred.enumerations import ContactKind, ContactState, PathStatus, SampleStatus
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
+from damagepred.inputs.input_files import read_toml
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Damage
+from damagepred.scene.reading import build
 from damagepred.uq.capacity import sample_weights
 
 MEASURES = get_args(get_type_hints(Damage)["measure"])
@@ -145,10 +152,16 @@ def judge_again(
             ) | {"long_name": VARIABLES[name].long_name}
     notes += _levels(judged)
     judged.attrs["damage_table"] = rules.table.name
+    judged.attrs["damage_limits"] = json.dumps(asdict(rules.table))
     judged.attrs["damage_measure"] = rules.measure
     judged.attrs["count_footing_gap"] = int(rules.count_footing_gap)
     judged.attrs["judgement"] = "; ".join([f"judged again by {rules.table.name}", *notes])
     return judged
+
+
+def archived_table(ds: xr.Dataset) -> DamageTable:
+    """Damage table that a dataset was judged by."""
+    return _archived_rules(ds).table
 
 
 def _archived_rules(ds: xr.Dataset) -> Rules:
@@ -159,6 +172,8 @@ def _archived_rules(ds: xr.Dataset) -> Rules:
         rules = rules._replace(measure=str(ds.attrs["damage_measure"]), count_footing_gap=counted)
     name = ds.attrs.get("damage_table", rules.table.name)
     plain = [load_table(name) for name in TABLES]
+    if limits := ds.attrs.get("damage_limits"):  # judged again
+        return rules._replace(table=DamageTable.from_json(str(limits)))
     known = [rules.table, *plain, *(one.with_plasterboard() for one in plain if one.plasterboard_factor is not None)]
     return rules._replace(table=next((one for one in known if one.name == name), rules.table))
 
@@ -170,12 +185,24 @@ def _table(own: Rules, table: str | Path | DamageTable | None, plasterboard: boo
     if isinstance(table, DamageTable):
         plain = table
     elif table is not None:
-        plain = read_table(Path(table)) if str(table).endswith(".toml") else load_table(str(table))
+        plain = _table_of_file(Path(table)) if str(table).endswith(".toml") else load_table(str(table))
+    elif own.table.measures:
+        raise InputError("plasterboard: own damage states have no such allowance; leave it out, or give a table.")
     else:
         plain = next(t for t in map(load_table, TABLES) if own.table.name.startswith(t.name))
     eased = own.table.name != plain.name and own.table.name.startswith(plain.name)
     wanted = eased if plasterboard is None else plasterboard
     return plain.with_plasterboard() if wanted else plain
+
+
+def _table_of_file(path: Path) -> DamageTable:
+    """Damage table of a file, or own states as a scene has them under ``[damage]``."""
+    content = read_toml(path)
+    given = content.get("damage", content)
+    if not isinstance(given, dict) or "state" not in given:
+        return read_table(path)
+    damage = build(Damage, {key: value for key, value in given.items() if key in ("state", "function")}, str(path))
+    return Rules.from_settings(**asdict(damage)).table
 
 
 # -- one wall, from its contacts -------------------------------------------------------------------------------------
@@ -185,9 +212,10 @@ def _judge_wall(ds: xr.Dataset, rules: Rules) -> None:
     joints = JointMap.from_dataset(ds, with_blocks=True)
     shape = joints.contact_x.shape
     opening, slip, state = (ds[f"contact_{name}"].values for name in ("opening", "slip", "state"))
+    distortion = _stored(ds, "", ("opening_distortion",))["opening_distortion"]
     verdicts = [
-        judge(joints, o.reshape(shape), s.reshape(shape), c.reshape(shape), rules)
-        for o, s, c in zip(opening, slip, state == ContactState.CRACKED)
+        judge(joints, o.reshape(shape), s.reshape(shape), c.reshape(shape), rules, d)
+        for o, s, c, d in zip(opening, slip, state == ContactState.CRACKED, distortion)
     ]
     values = {name: np.array([getattr(v, name) for v in verdicts]) for name in Verdict._fields}
     for name in CATEGORY_VARIABLES:
@@ -205,6 +233,18 @@ def _judge_wall(ds: xr.Dataset, rules: Rules) -> None:
         if name in ds:
             ds[name].attrs.update(more)
     _worst_so_far(ds)
+
+
+def _stored(ds: xr.Dataset, prefix: str, names: Sequence[str]) -> dict[str, FloatArray]:
+    """Archived values by variable, of the shape of the category; distortion: the largest of all openings."""
+    shape, values = ds[f"{prefix}damage_category"].shape, {}
+    for name in names:
+        if name == "opening_distortion" and "opening" not in ds.sizes:
+            values[name] = np.zeros(shape)
+        elif f"{prefix}{name}" in ds:
+            found = np.asarray(ds[f"{prefix}{name}"].values, dtype=np.float64)
+            values[name] = largest_distortion(found) if name == "opening_distortion" else found
+    return values
 
 
 def _worst_so_far(ds: xr.Dataset) -> list[str]:
@@ -230,6 +270,10 @@ def _judge_numbers(ds: xr.Dataset, own: Rules, rules: Rules) -> list[str]:
     for prefix in ("", "end_"):
         for name in CATEGORY_VARIABLES:
             if f"{prefix}{name}" in ds and f"{prefix}crack_width_max" in ds:
+                if prefix and rules.table.rules != own.table.rules and _lacking(ds, prefix, rules):
+                    del ds[f"{prefix}{name}"]
+                    notes.append(f"{prefix}{name} is left out: the archive has these measures along the path alone")
+                    continue
                 found = _judge_columns(ds, before, prefix, name, own, rules)
                 notes += found if name == "damage_category" else []
     notes += _worst_so_far(ds)
@@ -237,13 +281,26 @@ def _judge_numbers(ds: xr.Dataset, own: Rules, rules: Rules) -> list[str]:
         notes.append("no crack bands: the archive does not hold their widths; replay solves a wall of it again")
     if "footing_opening_max" not in ds:
         notes.append("no gap along the footing bed: the archive does not hold it")
-    if "crack_count" in ds and rules.table.limits[0] != own.table.limits[0]:
+    if "crack_count" in ds and rules.table.counted_width != own.table.counted_width:
         del ds["crack_count"]
         notes.append("crack_count is left out: it counts cracks of another width")
     return notes
 
 
+def _lacking(ds: xr.Dataset, prefix: str, rules: Rules) -> list[str]:
+    """Archive variables that own states need and a dataset lacks."""
+    needed = [OWN_MEASURES[measure] for measure, _ in rules.table.measures if measure != "value"]
+    return [name for name in needed if name not in _stored(ds, prefix, needed)]
+
+
 def _refuse_what_is_not_kept(ds: xr.Dataset, own: Rules, rules: Rules) -> None:
+    if lacking := _lacking(ds, "", rules):
+        raise InputError(f"states: this archive, of an older version, does not hold {', '.join(lacking)}.")
+    if dict(rules.table.measures).get("count") and rules.table.counted_width != own.table.counted_width:
+        raise InputError(
+            f"states: count is of cracks of {1e3 * rules.table.counted_width:g} mm or more, and this archive counts "
+            f"cracks of {1e3 * own.table.counted_width:g} mm; run the study with the states in [damage]."
+        )
     for name in ("group_distance", "dpc_threshold", "band_gauge", "band_threshold", "footing_threshold"):
         if (wanted := getattr(rules, name)) != (archived := getattr(own, name)):
             raise InputError(
@@ -269,9 +326,9 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
     """Judge a study's paths, or the ends of its movements, again: one of the two categories."""
     by_band = name == "damage_category_band" or rules.measure == "band"
     was = before[f"{prefix}{name}"]
-    same_limits, own = own.table.limits == rules.table.limits, own._replace(table=rules.table)
+    same_limits, own = own.table.rules == rules.table.rules, own._replace(table=rules.table)
     same, other = same_limits and own == rules, same_limits and own == rules._replace(measure="joint")
-    if by_band and (same or other):
+    if (by_band or rules.table.measures) and (same or other):
         # found along the path itself; bands are never narrower than joints, so no path ended before it was known
         kept = before.get(f"{prefix}damage_category_band", was)
         ds[f"{prefix}{name}"] = (was.dims, kept.values.copy(), was.attrs)
@@ -280,15 +337,19 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
     rows = was.sizes["sample"] if many else 1
     old = was.values.reshape(rows, -1)
     width = _widths(ds, prefix, by_band, rules).reshape(old.shape)
-    group = _group(ds, prefix, rules, old.shape)
+    group = None if rules.table.measures else _group(ds, prefix, rules, old.shape)
+    stored = _of_states(before, prefix, rules, old.shape) if rules.table.measures else {}
     collapsed = ds["status"].values == SampleStatus.COLLAPSED if many else np.array([_collapsed(ds)])
     new = np.empty(old.shape, dtype=np.int8)
     without_group, open_end, followed = 0, 0, rules.table.highest
     for part in (slice(first, first + _CHUNK) for first in range(0, rows, _CHUNK)):
         groups = np.full((1, 1), np.nan) if group is None else group[part]
         lacking = np.isfinite(width[part]) & np.isnan(groups)
-        without_group += int(lacking.any(axis=1).sum()) if rules.count_rule else 0
-        new[part] = np.where(np.isfinite(width[part]), rules.table.by_width_and_group(width[part], groups), FLAG_FILL)
+        without_group += int(lacking.any(axis=1).sum()) if rules.count_rule and not stored else 0
+        by_rules = rules.table.by_width_and_group(width[part], groups)
+        if stored:
+            by_rules = rules.table.by_measures({key: value[part] for key, value in stored.items()})
+        new[part] = np.where(np.isfinite(width[part]), by_rules, FLAG_FILL)
         reached = _beyond_the_end(new[part], old[part], collapsed[part], rules.table.highest, same)
         open_end += reached.size
         followed = min(followed, int(reached.min(initial=followed)))
@@ -308,6 +369,13 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
             f"{int(old.max())} of {own.table.name} only; all are known up to category {followed}"
         )
     return notes
+
+
+def _of_states(ds: xr.Dataset, prefix: str, rules: Rules, shape: tuple[int, ...]) -> dict[str, FloatArray]:
+    """Archived values that own states need, of a shape; widths with the gap under the footing if it counts."""
+    stored = _stored(ds, prefix, STATE_TAKES)
+    stored |= {f"crack_{kind}width_max": _widths(ds, prefix, bool(kind), rules) for kind in ("", "band_")}
+    return {name: value.reshape(shape) for name, value in stored.items()}
 
 
 def _widths(ds: xr.Dataset, prefix: str, by_band: bool, rules: Rules) -> FloatArray:

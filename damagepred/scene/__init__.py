@@ -13,7 +13,7 @@ from damagepred.scene.plan_ground import PlanMound
 from damagepred.scene.rig import Rig
 from damagepred.scene.scene import Scene
 from damagepred.scene.seasons import Seasons, SeasonStep
-from damagepred.scene.settings import Damage, Report, Solver
+from damagepred.scene.settings import Damage, DamageState, Report, Solver
 from damagepred.scene.site import (
     SiteClass,
     StandardFooting,
@@ -35,6 +35,7 @@ __all__ = [
     "Corner",
     "Creep",
     "Damage",
+    "DamageState",
     "Dpc",
     "Dynamics",
     "Footing",

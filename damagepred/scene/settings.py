@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 import warnings
 from collections.abc import Mapping
 from dataclasses import field, replace
@@ -12,7 +14,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from pydantic_core import ArgsKwargs
 
 from damagepred.errors import InputError
-from damagepred.inputs.text import check_title
+from damagepred.inputs.text import category_names, check_title
 from damagepred.scene.accuracy import Accuracy, filled_in, preset
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
@@ -214,6 +216,54 @@ class Solver:
 
 
 @described
+class DamageState:
+    """Damage state in one's own words (``[[damage.state]]``), from the undamaged wall up.
+
+    The first state has a name alone. A wall is in the highest state of which it reaches any threshold.
+
+    Attributes
+    ----------
+    name : str
+        Name in any language: letters, digits, spaces, ``_`` and ``-``.
+    width : float or None
+        Smallest width of the widest joint (m).
+    band : float or None
+        Smallest width of the widest crack band (m).
+    count : float or None
+        Smallest number of separate cracks of 0.1 mm or more.
+    length : float or None
+        Smallest length of all cracks together (m).
+    psi : float or None
+        Smallest damage parameter Psi (1).
+    distortion : float or None
+        Smallest distortion of an opening: change of a right angle at its corners (rad).
+    value : float or None
+        Smallest value of ``damage.function``.
+
+    Examples
+    --------
+    >>> from damagepred import Damage, scene
+    >>> crack = scene.DamageState(name="Haarriss", width="0.2 mm", psi=1.5)
+    >>> Damage(state=(scene.DamageState(name="schadlos"), crack)).state[1].width
+    0.0002
+    """
+
+    name: str
+    width: Length | None = Field(default=None, gt=0)
+    band: Length | None = Field(default=None, gt=0)
+    count: Pure | None = Field(default=None, gt=0)
+    length: Length | None = Field(default=None, gt=0)
+    psi: Pure | None = Field(default=None, gt=0)
+    distortion: Pure | None = Field(default=None, gt=0)
+    value: Pure | None = None
+
+
+STATE_MEASURES = ("width", "band", "count", "length", "psi", "distortion", "value")
+MOST_STATES = 6
+"""Number of states up to which drawings have colours."""
+
+
+@described
 class Damage:
     """Damage category from openings (``[damage]``).
 
@@ -251,6 +301,13 @@ class Damage:
         tables have the widths of cracks in walls, and a wall that lifts off as a whole is not torn. With the gap the
         category would follow the ground's movement alone. But an owner sees it as a crack: reports show where it would
         increase the category.
+    state : sequence of DamageState
+        Own states, instead of the table: two to six, from the undamaged wall up.
+    function : str or None
+        Python function ``module:function`` of the measure ``value``, of an installed module or of one in the working
+        folder. It takes a dictionary of arrays by archive variable (``crack_width_max``, ``crack_band_width_max``,
+        ``crack_count``, ``crack_length``, ``psi``, ``opening_distortion`` and the widths below the wall proper), and
+        returns an array of the same shape.
 
     Examples
     --------
@@ -272,6 +329,37 @@ class Damage:
     band_threshold: Length = Field(default=0.0, ge=0)
     footing_threshold: Length = Field(default=1e-3, gt=0)
     count_footing_gap: bool = False
+    state: tuple[DamageState, ...] = ()
+    function: str | None = None
+
+    @model_validator(mode="after")
+    def _states_rise(self) -> Damage:
+        if self.function is not None and re.fullmatch(r"[\w.]+:\w+", self.function) is None:
+            raise ValueError(f"function = '{self.function}': must be module:function, such as 'mine:severity'")
+        values = [state.value for state in self.state if state.value is not None]
+        if bool(values) != (self.function is not None):
+            raise ValueError("function: goes with value in [[damage.state]]; give both, or neither of them")
+        if not self.state:
+            return self
+        if not 2 <= len(self.state) <= MOST_STATES:
+            raise ValueError(f"state: there are {len(self.state)}; give 2 to {MOST_STATES}, the undamaged wall first")
+        if self.table != "as2870" or self.plasterboard:
+            raise ValueError("state: own states replace the damage table; leave out table and plasterboard, or them")
+        names = category_names(state.name for state in self.state)
+        for number, (name, state) in enumerate(zip(names, self.state), 1):
+            given = [measure for measure in STATE_MEASURES if getattr(state, measure) is not None]
+            if number == 1 and given:
+                raise ValueError(f"state 1, '{name}', {given[0]}: the first state is the undamaged wall; name it alone")
+            if number > 1 and not given:
+                raise ValueError(f"state {number}, '{name}': needs a threshold ({', '.join(STATE_MEASURES)})")
+        for measure in STATE_MEASURES:
+            limits = [(n, v) for n, s in zip(names, self.state) if (v := getattr(s, measure)) is not None]
+            for (lower, before), (higher, limit) in itertools.pairwise(limits):
+                if limit <= before:
+                    raise ValueError(
+                        f"state: {measure} = {limit:g} of '{higher}' must be greater than {before:g} of '{lower}'"
+                    )
+        return self
 
     @model_validator(mode="after")
     def _allowance_exists(self) -> Damage:
