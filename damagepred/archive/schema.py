@@ -121,7 +121,7 @@ VARIABLES: dict[str, Variable] = {
         _STEP, "m", "widest crack band of the wall proper: openings of neighbouring joints along gauge_length, summed"
     ),
     "crack_count": Variable(_STEP, "1", "separate cracks of the wall proper of least_width or more"),
-    "crack_length": Variable(_STEP, "m", "length of all cracks of the wall proper together"),
+    "crack_length_total": Variable(_STEP, "m", "length of all cracks of the wall proper together"),
     "psi": Variable(
         _STEP, "1", "damage parameter Psi = 2 n^0.15 c^0.3 of the wall proper: n cracks of c mm, weighted by width"
     ),

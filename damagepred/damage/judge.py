@@ -27,7 +27,7 @@ class Verdict(NamedTuple):
     crack_width_max: float
     crack_band_width_max: float  # widest crack band (m), see ``damagepred.damage.bands``; at least ``crack_width_max``
     crack_count: int  # separate cracks of the wall proper of ``table.counted_width`` or more
-    crack_length: float  # of all cracks of the wall proper together (m)
+    crack_length_total: float  # of all cracks of the wall proper together (m)
     psi: float  # see ``damagepred.damage.cracks.psi``
     crack_group_width: tuple[float, ...]  # for ``GROUP_COUNTS`` (m), see ``damagepred.damage.cracks.group_widths``
     base_crack_width_max: float  # in the courses below the dpc (m)
@@ -109,7 +109,7 @@ def judge(
         crack_width_max=joint,
         crack_band_width_max=band,
         crack_count=int((cracks.width >= rules.table.counted_width).sum()),
-        crack_length=float(cracks.length.sum()),
+        crack_length_total=float(cracks.length.sum()),
         psi=psi(cracks),
         crack_group_width=groups[:-1],
         base_crack_width_max=float(gap[joints.is_base[interface]].max(initial=0.0)),

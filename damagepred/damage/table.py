@@ -26,14 +26,14 @@ OWN_MEASURES = {
     "width": "crack_width_max",
     "band": "crack_band_width_max",
     "count": "crack_count",
-    "length": "crack_length",
+    "length": "crack_length_total",
     "psi": "psi",
     "distortion": "opening_distortion",
     "value": "",
 }
 """Measures of own states, and their archive variables; a value is that of a function."""
 STATE_TAKES = (
-    *("crack_width_max", "crack_band_width_max", "crack_count", "crack_length", "psi", "opening_distortion"),
+    *("crack_width_max", "crack_band_width_max", "crack_count", "crack_length_total", "psi", "opening_distortion"),
     *("base_crack_width_max", "dpc_opening_max", "dpc_separation_length", "dpc_slip_max", "footing_opening_max"),
 )
 """Archive variables that own states and their functions take."""

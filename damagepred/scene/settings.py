@@ -306,7 +306,7 @@ class Damage:
     function : str or None
         Python function ``module:function`` of the measure ``value``, of an installed module or of one in the working
         folder. It takes a dictionary of arrays by archive variable (``crack_width_max``, ``crack_band_width_max``,
-        ``crack_count``, ``crack_length``, ``psi``, ``opening_distortion`` and the widths below the wall proper), and
+        ``crack_count``, ``crack_length_total``, ``psi``, ``opening_distortion`` and the widths below the wall proper), and
         returns an array of the same shape.
 
     Examples

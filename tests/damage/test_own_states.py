@@ -65,7 +65,7 @@ def expected(ds, states: list[dict], function=None) -> np.ndarray:
     """Categories by comparisons of the stored values."""
     mm = {"0.1 mm": 1e-4, "1.4 mm": 1.4e-3, "3.5 m": 3.5, "4 mm": 4e-3, "2.5 m": 2.5}
     names = {"width": "crack_width_max", "band": "crack_band_width_max", "count": "crack_count"}
-    names |= {"length": "crack_length", "psi": "psi"}
+    names |= {"length": "crack_length_total", "psi": "psi"}
     category = np.zeros(ds["crack_width_max"].shape, dtype=int)
     for number, state in enumerate(states):
         for measure, limit in state.items():
