@@ -10,7 +10,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.campaign.settings import StudySettings
-from damagepred.damage import Rules
+from damagepred.damage import Rules, share_of_limit
 from damagepred.errors import InputError, SolverError
 from damagepred.one_wall.judged_path import distortion, follow_wall, gauges
 from damagepred.runtime.one_thread import one_blas_thread
@@ -125,8 +125,12 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
             width = float(widths[rules.measure == "band"])
             if own:
                 judged = dict(zip(("crack_width_max", "crack_band_width_max"), widths))
-                stored = {**verdict._asdict(), **judged, "opening_distortion": distortion(gauges(model).frames, step.increment)}
-                width = rules.table.share(stored, question.category)
+                stored = {
+                    **verdict._asdict(),
+                    **judged,
+                    "opening_distortion": distortion(gauges(model).frames, step.increment),
+                }
+                width = share_of_limit(rules.table, stored, question.category)
             if verdict.damage_category >= question.category:
                 reached = interpolated_capacity((before, moved), (width_before, width), limit) / question.at - 1.0
                 return Margin(reached, reached)

@@ -86,7 +86,7 @@ PictureOrFolder = Annotated[
     typer.Option("--plot", help="Picture to draw (png, svg, pdf), or folder for it.", callback=_picture_or_folder),
 ]
 Category = Annotated[
-    int,
+    Any,
     typer.Option(
         "--category", parser=terminal.category, metavar="NUMBER|NAME", help='Of damage, or worse: 2, or "slight".'
     ),

@@ -25,12 +25,15 @@ def estimate(
 ) -> None:
     """Estimate a probability from a study: Monte Carlo error, failed walls and uncertain inputs apart."""
     from damagepred.analyses.epistemic import alternatives
+    from damagepred.archive.folder import open_study
     from damagepred.campaign.settings import StudySettings
     from damagepred.cli.sentences import estimate_lines
+    from damagepred.uq.capacity import category_number
     from damagepred.uq.movement_distribution import movement_distribution
 
     movement = movement_distribution(at, option="--at")
     others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
+    category = category_number(open_study(folder), category)
     estimates = alternatives(folder, category, movement, others=others, confidence=confidence)
     if json:
         points = () if movement.own else movement.points  # shares of each wall's own movement
@@ -56,6 +59,7 @@ def compare(
     from damagepred.archive.folder import open_study
     from damagepred.cli.sentences import comparison_lines
     from damagepred.errors import InputError
+    from damagepred.uq.capacity import category_number
     from damagepred.uq.comparison import compare as compare_studies
     from damagepred.uq.movement_distribution import movement_distribution
 
@@ -66,6 +70,7 @@ def compare(
     if twice := [name for name in names if names.count(name) > 1]:
         raise InputError(f"{twice[0]}: is given twice; compare it with another study.")
     studies = {name: open_study(folder) for name, folder in zip(names, folders)}
+    category = category_number(next(iter(studies.values())), category)
     comparison = compare_studies(studies, categories=[category], at=[movement], confidence=confidence)
     if json:
         terminal.print_json(comparison)
@@ -265,7 +270,7 @@ def export(
 def sensitivity(
     folder: opt.StudyFolderPath,
     category: Annotated[
-        int | None,
+        Any,
         typer.Option("--category", parser=terminal.category, metavar="NUMBER|NAME", help="Category of the capacity."),
     ] = None,
     result: Annotated[str | None, typer.Option("--of", help="Of this result, at the end of the movement.")] = None,

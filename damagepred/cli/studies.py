@@ -161,9 +161,14 @@ def rare(
     from damagepred.assembly import Limits
     from damagepred.campaign.settings import StudySettings
     from damagepred.cli.sentences import rare_lines
+    from damagepred.uq.capacity import numbered_category
 
-    question = Question(category, terminal.quantity("--at", at, "m"), reach)
-    settings = StudySettings.from_toml(file).with_samples(None, seed)
+    movement, settings = terminal.quantity("--at", at, "m"), StudySettings.from_toml(file).with_samples(None, seed)
+    if isinstance(category, str):
+        category = numbered_category(
+            category, {name: i for i, name in enumerate(settings.damage_table.category_names) if i}
+        )
+    question = Question(category, movement, reach)
     folder = output or file.with_suffix(".rare")
     sizes = {"samples": 200, "runs": 5} | kept_sizes(folder)
     sizes |= {key: value for key, value in (("samples", samples), ("runs", runs)) if value is not None}

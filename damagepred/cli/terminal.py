@@ -213,7 +213,10 @@ def show_archive_warnings() -> None:
     def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
         text = str(message)
         if "missing from font" in text:  # matplotlib, once per letter
-            text = "the font of the pictures lacks letters of a title or name; they are drawn as boxes"
+            text = (
+                "the font of the pictures lacks letters of a title or name; they are drawn as boxes. A file "
+                "matplotlibrc in the working folder may name more fonts: font.family: DejaVu Sans, Noto Sans CJK SC"
+            )
         elif not issubclass(category, ArchiveWarning):
             before(message, category, *where, **more)
             return
@@ -313,30 +316,14 @@ def fragility_options(file: Path | None) -> FragilityOptions:
     return build(FragilityOptions, tables, str(file))
 
 
-def categories(text: str | None) -> list[int] | None:
+def categories(text: str | None) -> list[int | str] | None:
     """Damage categories of --categories, parted by commas."""
-    from damagepred.errors import InputError
-
-    try:
-        return [category(word.strip()) for word in text.split(",")] if text else None
-    except InputError as error:
-        raise InputError(f"--categories {error}") from None
+    return [category(word.strip()) for word in text.split(",")] if text else None
 
 
-def category(text: str) -> int:
-    """Read a damage category from the command line: its number, or its name in the damage tables."""
-    from damagepred.damage import load_table
-    from damagepred.errors import InputError, nearest
-
-    names = load_table("bre251").category_names  # names of AS 2870, and one more
-    wanted = text.replace("_", " ").lower()
-    if wanted in names[1:]:
-        return names.index(wanted)
-    if not text.isdecimal() or not int(text):
-        words = ", ".join(names[1:])
-        hint = nearest(wanted, names[1:])
-        raise InputError(f"{text!r}: must be a number from 1, or one of {words}.{hint}")
-    return int(text)
+def category(text: str) -> int | str:
+    """Damage category of the command line: its number, or its name in the damage table of a study."""
+    return int(text) if text.isdecimal() else text
 
 
 def clear() -> None:

@@ -28,6 +28,7 @@ from damagepred.damage.table import OWN_MEASURES as OWN_MEASURES
 from damagepred.damage.table import STATE_TAKES as STATE_TAKES
 from damagepred.damage.table import DamageTable, load_table, read_table
 from damagepred.damage.table import own_table as own_table
+from damagepred.damage.table import share_of_limit as share_of_limit
 from damagepred.damage.tracing import Growth as Growth
 from damagepred.damage.tracing import Numbered as Numbered
 

@@ -31,7 +31,7 @@ OWN_MEASURES = {
     "distortion": "opening_distortion",
     "value": "",
 }
-"""Measures of own states, and their archive variables; a value is that of a function."""
+"""Measures of own states, and their archive variables; ``value`` is a result of the function."""
 STATE_TAKES = (
     *("crack_width_max", "crack_band_width_max", "crack_count", "crack_length_total", "psi", "opening_distortion"),
     *("base_crack_width_max", "dpc_opening_max", "dpc_separation_length", "dpc_slip_max", "footing_opening_max"),
@@ -111,11 +111,6 @@ class DamageTable:
             and all(a < b < np.inf for a, b in zip((0.0, *self.limits), self.limits))
         )
 
-    def share(self, stored: Mapping[str, Any], category: int) -> float:
-        """Largest ratio of a measure of own states to its limit for a category: 1 or more where it is reached."""
-        values, limits = self.quantities(stored), dict(self.measures)
-        return max(float(values[m]) / limits[m][category - 1] for m in values)
-
     def quantities(self, stored: Mapping[str, Any]) -> dict[str, FloatArray]:
         """Values of each measure of own states, from values under the names of archive variables."""
         values = {m: np.asarray(stored[OWN_MEASURES[m]], dtype=np.float64) for m, _ in self.measures if m != "value"}
@@ -172,6 +167,12 @@ class DamageTable:
         category = self.by_width(width)
         grouped = level_of(group_width, (self.group_width,)) > 0
         return np.where(grouped, np.maximum(category, self.group_category), category).astype(np.int8)
+
+
+def share_of_limit(table: DamageTable, stored: Mapping[str, Any], category: int) -> float:
+    """Largest ratio of a measure of own states to its limit for a category: 1 or more where it is reached."""
+    values, limits = table.quantities(stored), dict(table.measures)
+    return max(float(values[m]) / limits[m][category - 1] for m in values)
 
 
 def own_table(states: Sequence[Mapping[str, Any]], function: str | None = None) -> DamageTable:

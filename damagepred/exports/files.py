@@ -85,7 +85,7 @@ def export_curves(
     curves: xr.Dataset,
     kind: str,
     beside: str | Path,
-    categories: Sequence[int] | None = None,
+    categories: Sequence[int | str] | None = None,
     extrapolated: bool = False,
 ) -> list[Path]:
     """Write fragility curves for another program.
@@ -99,7 +99,7 @@ def export_curves(
         model as NRML 0.5.
     beside : str or Path
         See ``export_place``.
-    categories : sequence of int, optional
+    categories : sequence of int or str, optional
         Categories to export; by default all.
     extrapolated : bool
         Whether to export curves whose median lies beyond the largest movement of the walls.

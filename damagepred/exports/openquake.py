@@ -40,7 +40,7 @@ def openquake_xml(
     curves: xr.Dataset,
     form: Literal["continuous", "discrete"] = "continuous",
     identifier: str = MODEL,
-    categories: Sequence[int] | None = None,
+    categories: Sequence[int | str] | None = None,
     extrapolated: bool = False,
 ) -> str:
     """Fragility model as NRML 0.5.
@@ -54,7 +54,7 @@ def openquake_xml(
         probabilities at levels, between which OpenQuake interpolates.
     identifier : str
         Name of model and function, the taxonomy of assets: letters, digits, and ``_ - .``.
-    categories : sequence of int, optional
+    categories : sequence of int or str, optional
         Categories to export; by default all.
     extrapolated : bool
         Whether to export curves whose median lies beyond the largest movement of the walls.

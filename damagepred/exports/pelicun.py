@@ -47,7 +47,7 @@ DEMANDS = {
 def pelicun_frame(
     curves: xr.Dataset,
     component: str = COMPONENT,
-    categories: Sequence[int] | None = None,
+    categories: Sequence[int | str] | None = None,
     extrapolated: bool = False,
 ) -> pd.DataFrame:
     """Damage model of pelicun as a table.
@@ -58,7 +58,7 @@ def pelicun_frame(
         Curves from ``damagepred.fit_fragility``.
     component : str
         Name of the component.
-    categories : sequence of int, optional
+    categories : sequence of int or str, optional
         Categories to export, by default all; limit state i is the i-th category.
     extrapolated : bool
         Whether to export curves whose median lies beyond the largest movement of the walls.

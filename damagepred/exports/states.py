@@ -12,6 +12,7 @@ from scipy import special
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
+from damagepred.uq.capacity import category_number
 from damagepred.uq.fragility.describe import Lognormal, lognormal_of
 from damagepred.uq.intensity import movement_words
 
@@ -40,7 +41,7 @@ class LimitStates:
 
 
 def limit_states(
-    curves: xr.Dataset, categories: Sequence[int] | None = None, extrapolated: bool = False
+    curves: xr.Dataset, categories: Sequence[int | str] | None = None, extrapolated: bool = False
 ) -> LimitStates:
     """Lognormal curves of some categories; a category without curve raises InputError."""
     for name in ("median", "dispersion", "fit_status", "intensity", "category"):
@@ -49,7 +50,7 @@ def limit_states(
     if curves.attrs.get("model") == "empirical":
         raise InputError("model = 'empirical': has no medians and dispersions to export; fit 'separate' or 'common'.")
     available = [int(c) for c in curves["category"].values]
-    wanted = available if categories is None else sorted({int(c) for c in categories})
+    wanted = available if categories is None else sorted({category_number(curves, c) for c in categories})
     if unknown := [c for c in wanted if c not in available] or (not wanted and [0]):
         raise InputError(f"categories = {unknown}: the curves are of the categories {_listed(available)}.")
     chosen = curves.sel(category=wanted)

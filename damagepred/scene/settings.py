@@ -255,7 +255,7 @@ class DamageState:
     length: Length | None = Field(default=None, gt=0)
     psi: Pure | None = Field(default=None, gt=0)
     distortion: Pure | None = Field(default=None, gt=0)
-    value: Pure | None = None
+    value: Pure | None = Field(default=None, gt=0)
 
 
 STATE_MEASURES = ("width", "band", "count", "length", "psi", "distortion", "value")
@@ -306,8 +306,8 @@ class Damage:
     function : str or None
         Python function ``module:function`` of the measure ``value``, of an installed module or of one in the working
         folder. It takes a dictionary of arrays by archive variable (``crack_width_max``, ``crack_band_width_max``,
-        ``crack_count``, ``crack_length_total``, ``psi``, ``opening_distortion`` and the widths below the wall proper), and
-        returns an array of the same shape.
+        ``crack_count``, ``crack_length_total``, ``psi``, ``opening_distortion`` and the widths below the wall proper),
+        and returns an array of the same shape.
 
     Examples
     --------

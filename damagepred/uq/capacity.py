@@ -14,7 +14,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import unicodedata
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -71,11 +72,25 @@ def category_number(ds: xr.Dataset, category: int | str) -> int:
         numbers = dict(zip(map(str, ds["category_name"].values), map(int, ds["category"].values)))
     else:
         flags = next((ds[name].attrs for name in ("damage_category", "category") if name in ds.variables), {})
-        numbers = {word.replace("_", " "): i for i, word in enumerate(str(flags.get("flag_meanings", "")).split())}
-    wanted = category.replace("_", " ")
-    if wanted not in numbers:
-        raise InputError(f"category = {category!r}: must be one of {', '.join(numbers)}." + nearest(wanted, numbers))
-    return numbers[wanted]
+        numbers = {word: i for i, word in enumerate(str(flags.get("flag_meanings", "")).split()) if i}
+    return numbered_category(category, numbers)
+
+
+def numbered_category(name: str, numbers: Mapping[str, int]) -> int:
+    """Number of a category by its name; neither case nor underscores count."""
+    plain = {flat_name(word): number for word, number in numbers.items()}
+    if flat_name(name) not in plain:
+        words = [word.replace("_", " ") for word in numbers]
+        raise InputError(
+            f"category = {name!r}: must be a number from 1, or one of {', '.join(words)}."
+            + nearest(flat_name(name), words)
+        )
+    return plain[flat_name(name)]
+
+
+def flat_name(name: str) -> str:
+    """Name of a category as names are compared."""
+    return unicodedata.normalize("NFC", name).replace("_", " ").casefold()
 
 
 def require_categories(ds: xr.Dataset, categories: Sequence[int]) -> None:

@@ -10,6 +10,7 @@ import damagepred
 from damagepred import Scene, Study
 from damagepred.errors import InputError
 from damagepred.scene import Damage
+from tests.cli.conftest import command as command
 
 STATES = [
     {"name": "schadlos"},
@@ -111,6 +112,24 @@ def test_a_study_by_own_states_is_numpy_on_the_stored_values(study, tmp_path: Pa
     assert (shipped["damage_category"].values >= np.searchsorted([1e-4, 1e-3, 5e-3, 1.5e-2], widths, "right")).all()
 
 
+def test_commands_take_the_names(study, command) -> None:
+    asked = ("own.dp", "--category", "haarriss_SCHÖN", "--at", "4 mm")
+    found = json.loads(command("estimate", *asked, "--json").out)
+    assert found["category"] == 1
+    assert found == json.loads(command("estimate", "own.dp", "--category", 1, "--at", "4 mm", "--json").out)
+    said = command("fragility", "own.dp", "--categories", "Haarriss schön,软", "--bootstrap", 0, "--goodness", 0)
+    assert said.code == 0
+    assert "2 软" in said.out
+    assert command("export", "own.dp", "openquake", "--categories", "软", "--extrapolated").code == 0
+    assert command("sensitivity", "own.dp", "--category", "软").code in (0, 2), "too few walls perhaps"
+    said = command("estimate", "own.dp", "--category", "Haariss", "--at", "4 mm")
+    assert said.code == 2
+    assert "category = 'Haariss': must be a number from 1, or one of Haarriss schön, 软, einsturz" in said.err
+    said = command("rare", "own.toml", "--category", "slight", "--at", "4 mm")
+    assert "category = 'slight': must be a number from 1, or one of Haarriss schön, 软" in said.err
+
+
+@pytest.mark.filterwarnings("ignore:Glyph")
 def test_names_go_to_curves_tables_exports_and_pictures(study, tmp_path: Path) -> None:
     from damagepred import exports, plotting
 
