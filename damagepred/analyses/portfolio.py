@@ -33,7 +33,14 @@ from damagepred.one_wall.solve import solve
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.scene.number_table import NumberTable, read_number_table
-from damagepred.uq.exceedance import exceedance, has_own_ground, own_movements
+from damagepred.uq.exceedance import (
+    category_capacities,
+    estimate_exceedance,
+    exceedance,
+    has_own_ground,
+    own_movements,
+    wanted_movement,
+)
 from damagepred.uq.intensity import attributes, chosen_intensity, movement_words
 from damagepred.uq.movement_distribution import MovementDistribution, movement_distribution
 
@@ -243,10 +250,13 @@ def _damage(ds: xr.Dataset, house: House, confidence: float) -> dict[str, Any]:
     """Probabilities of the categories of a house at the movement asked for."""
     measure = chosen_intensity(ds, None)
     wanted = _movement(ds, house, measure)
-    found = [
-        exceedance(ds, category, wanted, confidence=confidence)
-        for category in range(1, int(ds.attrs["highest_category"]) + 1)
-    ]
+    categories = range(1, int(ds.attrs["highest_category"]) + 1)
+    if ds["damage_category"].ndim == 1:  # each wall is known at its own movement alone
+        found = [exceedance(ds, category, wanted, confidence=confidence) for category in categories]
+    else:  # movements beyond the walls give bounds
+        points = wanted_movement(ds, wanted, measure)
+        walls = [category_capacities(ds, category, measure, points) for category in categories]
+        found = [estimate_exceedance(one, points, confidence) for one in walls]
     return {
         "at": wanted.words,
         "walls": ds.sizes["sample"],

@@ -79,6 +79,19 @@ def test_the_command_writes_a_table_and_a_picture_and_resumes(files: Path, comma
     assert f"category 1 or worse: {float(total):.3g} houses to be expected of 2" in said
 
 
+def test_a_movement_beyond_the_walls_of_a_house_gives_bounds(files: Path, command: Run) -> None:
+    """Half of the distribution lies beyond the walls of the second house; the street goes on."""
+    uniform = 'distribution = ""uniform"", lower = ""1 mm"", upper = ""7 mm""'
+    (files / "far.csv").write_text(f'name,at\na,2 mm\nb,"{uniform}"\nc,90 mm\n')
+    said = command("portfolio", files / "far.csv", files / "house.toml", "--table", files / "far_damage.csv")
+    assert said.code == 0, said.err
+    table = pd.read_csv(files / "far_damage.csv")
+    assert table["p_category_4"].isna().tolist() == [False, True, True]
+    assert (table["p_category_4_lower"].iloc[1:] <= 0.1).all()
+    assert (table["p_category_4_upper"].iloc[1:] == 1.0).all()
+    assert "unknown for 2, whose walls were not followed as far" in said.out
+
+
 @pytest.mark.parametrize(
     ("rows", "sentence"),
     [
