@@ -32,6 +32,12 @@ def version() -> str:
     return f"{__version__}, commit {commit}{' and changes' if changed else ''}"
 
 
+def package() -> str:
+    """Hash of the files of the package in the commit; "" outside a clone."""
+    words = ["git", "-C", str(HERE), "rev-parse", "--short=10", "HEAD:damagepred"]
+    return subprocess.run(words, capture_output=True, text=True, check=False).stdout.strip()
+
+
 def processor_model() -> str:
     """Model of the processor, with its cache and whether it has AVX-512."""
     try:

@@ -102,7 +102,7 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=300)
     parser.add_argument("--cases", type=int, default=200, help="walls of both kinds")
     parser.add_argument(
-        "--surveys", type=int, default=24, help="of each wall, at other movements and with other errors"
+        "--surveys", type=int, default=12, help="of each wall, at other movements and with other errors"
     )
     parser.add_argument("--few", type=int, default=4, help="surveys with fewer stored walls, and with levels")
     parser.add_argument("--folder", type=Path, default=HERE / "results")

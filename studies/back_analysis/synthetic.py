@@ -47,21 +47,7 @@ def archives(
 
 @dataclass(frozen=True)
 class Survey:
-    """What is looked at on every wall, with standard errors (m).
-
-    Attributes
-    ----------
-    places : tuple of (float, float)
-        Where a crack is looked for (m).
-    levels : tuple of (float, float)
-        Points whose heights above the first are measured (m).
-    within : float
-        Distance from a place within which a crack counts.
-    width_error, level_error : float
-        Standard errors.
-    visible : float
-        Width from which a crack is seen.
-    """
+    """Places of cracks and of levels that are measured on every wall, reach, standard errors, visible width (m)."""
 
     places: tuple[Point, ...]
     levels: tuple[Point, ...] = ()
@@ -95,23 +81,7 @@ class Survey:
 
 
 class Case(NamedTuple):
-    """A synthetic case and what the inference says of it.
-
-    Attributes
-    ----------
-    cause : int
-        The true one.
-    rank : float
-        Posterior probability of a smaller movement than the true one, under the true cause.
-    probability : array (causes,)
-        Posterior probability of each cause.
-    effective : float
-        Effective samples under the true cause.
-    cracked : bool
-        Whether a crack is seen.
-    resembles : bool
-        Whether any stored wall resembles the survey.
-    """
+    """True cause, rank of the true movement in its posterior, probability of each cause, effective samples."""
 
     cause: int
     rank: float

@@ -22,21 +22,7 @@ STEP = 0.2e-3
 
 @dataclass(frozen=True)
 class Case:
-    """One wall of the test.
-
-    Attributes
-    ----------
-    name : str
-        Folder of the case, and its table in the test's results.
-    scene : Scene
-        As the paper loads it: with a prescribed profile, up to the test's deflection.
-    shown : tuple of float
-        Deflections at which it is drawn (m).
-    test : dict
-        Results of the test.
-    other_way : float
-        Deflection of the same wall in the opposite direction (m).
-    """
+    """One wall of the test as the paper loads it, deflections drawn (m), results, opposite deflection (m)."""
 
     name: str
     scene: Scene
@@ -61,8 +47,8 @@ def results_of_the_test() -> dict[str, Any]:
 
 
 def read_case(name: str) -> Case:
-    """Read one case from the settings in its folder."""
-    settings = tomllib.loads((HERE / name / "settings.toml").read_text(encoding="utf-8"))
+    """Read one case."""
+    settings = tomllib.loads((HERE / "cases.toml").read_text(encoding="utf-8"))[name]
     described = Scene.from_toml(DATA / settings["scene"])
     test = results_of_the_test()
     to = end_of_the_test(name)

@@ -45,17 +45,6 @@ def _shorten(ax: Axes, ds: xr.Dataset, increment: int) -> None:
     ax.set_title("; ".join(parts), loc="left", fontsize=small(ax))
 
 
-def deformation(solved: Solved) -> Figure:
-    """Draw a wall at the end of the test, exaggerated (the paper's Figure 12): prescribed, and on jacks."""
-    figure = new_figure(10.0, 13.0)
-    for ax, way in zip(figure.subplots(2, 1), ("prescribed", "bent"), strict=True):
-        ds = solved.whole[way]
-        draw_wall(ds, ax, slips=True)
-        _shorten(ax, ds, ds.sizes["increment"] - 1)
-        ax.set_title(f"{LABELS[way]}: {ax.get_title(loc='left')}", loc="left", fontsize=small(ax))
-    return figure
-
-
 def jack_load(solved: Solved) -> Figure:
     """Draw the load of the jacks, and in doming of the supports, against the deflection, and the test's limit."""
     figure = new_figure(9.0, 5.6)
@@ -89,20 +78,6 @@ def jack_load(solved: Solved) -> Figure:
             fontsize=small(ax),
             color="0.35",
         )
-    return figure
-
-
-def footing(solved: Solved) -> Figure:
-    """Draw moments and curvature along the footing: elastic, new and bent before."""
-    ways = ("elastic", "cracked", "bent")
-    figure = new_figure(17.0, 7.5)
-    axes = figure.subplots(2, len(ways), sharex=True, sharey="row")
-    for column, way in zip(axes.T, ways, strict=True):
-        for ax, name in zip(column, ("section_moment", "section_curvature"), strict=True):
-            draw(solved.whole[way], name, ax)
-            ax.set_title("", loc="left")
-        column[0].set_title(LABELS[way], loc="left", fontsize=small(ax))
-    figure.suptitle(f"{solved.case.scene.title}: the footing, to {MM * solved.case.deflection:g} mm", x=0.01, ha="left")
     return figure
 
 
@@ -189,7 +164,6 @@ def draw_case(solved: Solved, folder: Path, extra: dict[str, Callable[[], Figure
     sheets: dict[str, Callable[[], Figure]] = {
         "development.png": lambda: development(solved),
         "jack_load.png": lambda: jack_load(solved),
-        "footing.png": lambda: footing(solved),
         **(extra or {}),
     }
     for name, sheet in sheets.items():

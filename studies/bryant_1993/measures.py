@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from damagepred.arrays import FloatArray, IntArray
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import ContactKind
 from damagepred.plotting.footing import open_stretches
-from damagepred.plotting.stress import block_stress, one_of
+from damagepred.plotting.geometry import Zones
+from damagepred.plotting.stress import block_stress, one_of, zone_stress
 
-THRESHOLDS = (0.1e-3, 0.5e-3, 1.0e-3, 1.3e-3)
+THRESHOLDS = (0.5e-3, 1.0e-3)
 """Openings (m) from which a dpc counts as separated: the threshold of the test is not reported."""
 AROUND = 0.6
 """Distance around a window within which stresses are evaluated (m)."""
@@ -27,15 +28,7 @@ def at(ds: xr.Dataset, deflection: float) -> int:
 
 @dataclass(frozen=True)
 class Dpc:
-    """The dpc at one increment, along the wall.
-
-    Attributes
-    ----------
-    x, opening, stress, slip, reach : array (c,)
-        Place (m), opening (m), normal stress (Pa), plastic slip (m) and length of each contact (m).
-    left, right : float
-        Ends of the wall (m).
-    """
+    """The dpc along the wall: place, opening, normal stress, plastic slip and length of contacts; ends (m, Pa)."""
 
     x: FloatArray
     opening: FloatArray
@@ -102,15 +95,7 @@ def _contacts_along(ds: xr.Dataset) -> IntArray:
 
 @dataclass(frozen=True)
 class Line:
-    """A straight line through points.
-
-    Attributes
-    ----------
-    slope, start : float
-        y = start + slope x.
-    r2 : float
-        Share of the variance of y that it explains.
-    """
+    """Straight line y = start + slope x, and the share r2 of the variance of y that it explains."""
 
     slope: float
     start: float
@@ -144,15 +129,7 @@ def separation_at(ds: xr.Dataset, change: float) -> float | None:
 
 @dataclass(frozen=True)
 class AroundWindow:
-    """Tension around a window at one increment.
-
-    Attributes
-    ----------
-    horizontal, principal : float
-        Largest mean stress of a brick along the wall, and its largest principal stress (Pa).
-    cracked_under_sill : int
-        Upright joints between dpc and sill whose bond has broken.
-    """
+    """Largest mean stress of a brick by a window (Pa): along the wall, principal; broken perpends under the sill."""
 
     horizontal: float
     principal: float
@@ -181,3 +158,44 @@ def cracked_above_dpc(ds: xr.Dataset, increment: int) -> int:
         y > y[kind == ContactKind.DPC].max()
     )
     return len(np.unique(ds["contact_interface"].values[mortar & (ds["contact_state"].values[increment] == 1)]))
+
+
+def parts(ds: xr.Dataset) -> dict[str, BoolArray]:
+    """Zones above the dpc, away from its ends, below the dpc, and in the footing."""
+    course = ds["block_course"].values[ds["zone_block"].values]
+    zones = Zones.of(ds)
+    x = zones.points[zones.corners].mean(axis=1)[:, 0]
+    above = course >= 2
+    inside = (x > 0.6) & (x < ds.attrs["span"] - 0.6)
+    found = {
+        "above the dpc": above,
+        "- of it, 0.6 m and more from the ends": above & inside,
+        "two courses below the dpc": (course >= 0) & ~above,
+        "footing": course < 0,
+    }
+    return {name: chosen for name, chosen in found.items() if chosen.any()}
+
+
+def stress_table(ds: xr.Dataset, increments: tuple[int, int]) -> list[str]:
+    """Table of the stress along the wall at two increments, by part of the wall."""
+    weight = Zones.of(ds).area
+    early, late = (1e-6 * zone_stress(ds, i)[:, 0] for i in increments)
+    lines = [
+        "| zones | stress along the wall at {:.0f} mm, MPa | at {:.0f} mm, MPa | change, MPa |".format(
+            *1e3 * ds["central_deflection"].values[list(increments)]
+        ),
+        "|---|---|---|---|",
+    ]
+    for name, chosen in parts(ds).items():
+        cells = [f"{_middle(s[chosen], weight[chosen])}" for s in (early, late, late - early)]
+        lines.append(f"| {name} | {' | '.join(cells)} |")
+    return lines
+
+
+def _middle(values: FloatArray, weight: FloatArray) -> str:
+    """Range without 2.5 % of the area at either end, and root mean square."""
+    order = np.argsort(values)
+    share = np.cumsum(weight[order]) / weight.sum()
+    low, high = values[order][np.searchsorted(share, [0.025, 0.975])]
+    size = float(np.sqrt((weight * values**2).sum() / weight.sum()))
+    return f"{low:.3f} to {high:.3f}; rms {size:.3f}"

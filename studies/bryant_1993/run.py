@@ -1,8 +1,8 @@
-"""The full-scale test of Bryant (1993), case by case: solve, table, pictures.
+"""The full-scale test of Bryant (1993), case by case: solve, table, pictures, sensitivity.
 
-    python studies/bryant_1993/run.py [dishing doming window_dishing window_doming] [--no-zones]
+    python studies/bryant_1993/run.py [dishing doming window_dishing window_doming] [--quick] [--output FOLDER]
 
-Writes table.csv, the tables of the README pages, and the pictures. Each folder has a run.py for its own case alone.
+Writes table.csv, sensitivity.csv, the tables of the page, and the pictures; of some cases the pictures alone.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from cases import HERE, NAMES, Case, further, on_jacks, read_case
-from figures import deformation, draw_case, save, window_stress, window_width
-from measures import at
-from sensitivity import unbreakable
+from figures import draw_case, save, window_stress, window_width
+from measures import at, stress_table
+from sensitivity import unbreakable, write_sensitivity
 from solving import solve, solve_case
 from table import Row, markdown, rows, write_csv
 
@@ -39,32 +39,31 @@ def with_zones(case: Case, steps: int) -> xr.Dataset:
     return solve(replace(case.scene, solver=solver, movement=movement), f"{case.name}, bricks and footing of zones")
 
 
-def run_case(name: str, zones: bool = True, folder: Path = HERE) -> list[Row]:
-    """Solve one case, draw it, write its table into its page; return the rows."""
+def run_case(name: str, zones: bool, folder: Path) -> list[Row]:
+    """Solve one case and draw it; return the rows of its table."""
     case = read_case(name)
     solved = solve_case(case)
     place = folder / name
     place.mkdir(parents=True, exist_ok=True)
-    extra = {"deformation.png": partial(deformation, solved)}
+    extra = {}
     if case.has_window:
         whole_wall = solve(further(on_jacks(unbreakable(case.scene))), f"{name}, joints that do not break")
         extra["window_width.png"] = partial(window_width, solved, whole_wall)
     draw_case(solved, place, extra)
     if zones:
         draw_zones(case, place)
-    found = rows(solved)
-    page = place / "README.md"
-    if page.exists():
-        put_in(page, "\n".join(markdown(found)), *MARKS)
-    return found
+    return rows(solved)
 
 
 def draw_zones(case: Case, place: Path) -> None:
     """Draw stresses in bricks of zones: solid wall in dishing (Figure 8), window in doming (Figure 10)."""
     if case.name == "dishing":
         ds = with_zones(case, 8)
-        panels = [("stress_xx", at(ds, EARLY)), ("stress_xx", at(ds, LATE))]
-        save(stress_sheet(ds, panels), place / "stress_xx.png")
+        both = at(ds, EARLY), at(ds, LATE)
+        save(stress_sheet(ds, [("stress_xx", increment) for increment in both]), place / "stress_xx.png")
+        if place.parent == HERE:
+            text = "\n".join(stress_table(ds, both))
+            put_in(HERE / "README.md", text, "<!-- stresses -->", "<!-- end of stresses -->")
     if case.name == "window_doming":
         ds = with_zones(case, 14)
         broken = (ds["contact_state"].values == 1) & (ds["contact_kind"].values < 2)
@@ -80,18 +79,20 @@ def summary(found: list[Row]) -> list[str]:
     return lines[:-1]
 
 
-def main(names: tuple[str, ...] = ()) -> None:
+def main() -> None:
+    """Run the cases of the command line; all cases also write tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    if not names:
-        parser.add_argument("cases", nargs="*", choices=[[], *NAMES], default=[], help="which; all if none is named")
-    parser.add_argument("--no-zones", action="store_true", help="leave out the walls of zones, which take longest")
+    parser.add_argument("cases", nargs="*", choices=[[], *NAMES], default=[], help="which; all if none is named")
+    parser.add_argument("--quick", action="store_true", help="without the walls of zones, which take longest")
+    parser.add_argument("--output", type=Path, default=HERE, help="folder of the pictures")
     options = parser.parse_args()
-    chosen = names or tuple(options.cases) or NAMES
-    found = [row for name in chosen for row in run_case(name, not options.no_zones)]
+    chosen = tuple(options.cases) or NAMES
+    found = [row for name in chosen for row in run_case(name, not options.quick, options.output)]
     print("\n".join(summary(found)))
-    if chosen == NAMES:
+    if chosen == NAMES and options.output == HERE:
         write_csv(found, HERE / "table.csv")
         put_in(HERE / "README.md", "\n".join(summary(found)), *MARKS)
+        write_sensitivity()
 
 
 if __name__ == "__main__":

@@ -1,9 +1,4 @@
-"""Sensitivity of the limits: one parameter changed at a time, on jacks.
-
-    python studies/bryant_1993/sensitivity.py
-
-Prints the tables, writes them into the README, and writes sensitivity.csv.
-"""
+"""Sensitivity of the limits: one parameter changed at a time, on jacks."""
 
 from __future__ import annotations
 
@@ -34,15 +29,7 @@ SHEET = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.5)
 
 @dataclass(frozen=True)
 class Variant:
-    """One changed parameter.
-
-    Attributes
-    ----------
-    name : str
-        Description.
-    change : callable
-        From the scene on jacks with an elastic footing.
-    """
+    """A changed parameter of the scene on jacks with an elastic footing."""
 
     name: str
     change: Callable[[Scene], Scene]
@@ -104,9 +91,8 @@ def variants(bent: float) -> list[Variant]:
         ),
     ]
     for law in ("cracked", "branson"):
-        for mesh in ("3-L8TM", "3-L11TM", "3-L12TM"):
-            concrete = ReinforcedConcrete(law=law, bottom=mesh)  # type: ignore[arg-type]
-            found.append(Variant(f"new, law {law}, {mesh}", footing(concrete=concrete)))
+        concrete = ReinforcedConcrete(law=law, bottom=MESH)  # type: ignore[arg-type]
+        found.append(Variant(f"new, law {law}, {MESH}", footing(concrete=concrete)))
     found += [
         Variant(f"bent before by {bent / 1e3:.1f} kNm, {mesh}", footing(concrete=replace(before, bottom=mesh)))
         for mesh in ("3-L8TM", "3-L11TM", "3-L12TM")
@@ -172,7 +158,8 @@ HEAD = [
 ]
 
 
-def main() -> None:
+def write_sensitivity() -> None:
+    """Solve all variants, write sensitivity.csv and the tables of the page."""
     bent = earlier_moment(read_case("dishing"))
     found = [row(v) for v in variants(bent)]
     lines = ["| " + " | ".join(HEAD) + " |", "|---" * len(HEAD) + "|"] + ["| " + " | ".join(r) + " |" for r in found]
@@ -190,7 +177,3 @@ def main() -> None:
     lines += ["| " + " | ".join(r) + " |" for r in rows]
     print("\n".join(lines))
     put_in(HERE / "README.md", "\n".join(lines), "<!-- sensitivity -->", "<!-- end of sensitivity -->")
-
-
-if __name__ == "__main__":
-    main()

@@ -25,19 +25,7 @@ LABELS = {
 
 @dataclass(frozen=True)
 class Solved:
-    """The paths of one wall.
-
-    Attributes
-    ----------
-    case : Case
-        The wall.
-    limit : dict of str to Dataset
-        By way: on jacks, up to the deflection at which they (dishing) or a support (doming) carry no load.
-    whole : dict of str to Dataset
-        By way: up to the test's deflection, with jacks and supports that can pull.
-    earlier_moment : float
-        Earlier moment in the footing that was bent before (Nm).
-    """
+    """Paths of one wall by way: on jacks to the limit, and on to the test's deflection; earlier moment (Nm)."""
 
     case: Case
     limit: dict[str, xr.Dataset]

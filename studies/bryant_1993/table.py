@@ -18,17 +18,7 @@ NOT_KNOWN = "-"
 
 @dataclass(frozen=True)
 class Row:
-    """One quantity.
-
-    Attributes
-    ----------
-    case, quantity : str
-        Case and quantity.
-    test, paper : str
-        Values of the test and of the paper's model.
-    ours : dict of str to str
-        By way of loading.
-    """
+    """One quantity of a case: value of the test, of the paper's model, and of each way of loading."""
 
     case: str
     quantity: str
@@ -185,11 +175,6 @@ def _window(add: Callable[..., None], end: str, test: dict, paper: dict, dishing
             None,
             below,
             at_limit,
-        )
-        add(
-            f"largest principal tension of a brick by the window {where}, MPa",
-            lambda ds: number(MPA * AroundWindow.of(ds, -1).principal),
-            at_limit=at_limit,
         )
         add(
             f"perpends broken under the sill {where}",

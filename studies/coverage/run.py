@@ -1,6 +1,6 @@
 """Coverage of every interval of 90 % that the toolkit prints.
 
-Run: python studies/coverage/run.py [--repetitions 400] [--seconds 40]
+Run: python studies/coverage/run.py [--repetitions 200] [--seconds 15]
     [--quick] [--only WORD ...] [--seed 1] [-o FOLDER] [--page]
 """
 
@@ -11,6 +11,7 @@ import sys
 import time
 import zlib
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -30,8 +31,6 @@ LEAST = 0.85
 
 FEWEST = 100
 """Repetitions of a slow case."""
-
-KEYS = ["interval", "samples", "quantity"]
 
 
 def measure(
@@ -85,42 +84,35 @@ def run(folder: Path, repetitions: int, seed: int, only: Sequence[str] = (), sec
     """Measure all cases, and write the table after each."""
     rows: list[dict[str, object]] = []
     began, wanted = time.monotonic(), chosen(only)
-    for number, ((interval, samples), case) in enumerate(wanted.items(), 1):
-        rows += measure(interval, samples, case, repetitions, seed, seconds)
-        table = pd.DataFrame(rows)
-        write_whole(folder / "coverage.csv", lambda path, t=table: t.to_csv(path, index=False, float_format="%.4g"))
-        worst = min(
-            (float(r["coverage"]) for r in rows if (r["interval"], r["samples"]) == (interval, samples)), default=np.nan
-        )  # type: ignore[arg-type]
-        print(
-            f"{number} of {len(wanted)}, {time.monotonic() - began:.0f} s: {interval}, {samples}: {worst:.2f}",
-            flush=True,
-        )
+    with ProcessPoolExecutor(2) as pool:
+        jobs = [pool.submit(measure, *key, case, repetitions, seed, seconds) for key, case in wanted.items()]
+        for number, (key, job) in enumerate(zip(wanted, jobs), 1):
+            rows += job.result()
+            table = pd.DataFrame(rows)
+            write_whole(folder / "coverage.csv", lambda path, t=table: t.to_csv(path, index=False, float_format="%.4g"))
+            print(f"{number} of {len(wanted)}, {time.monotonic() - began:.0f} s: {', '.join(key)}", flush=True)
     return pd.DataFrame(rows)
 
 
 def table(folder: Path) -> str:
-    """Return the page's table: the coverage before the corrections, if it was measured, and now."""
-    now = pd.read_csv(folder / "coverage.csv")
-    file = folder / "before.csv"
-    before = pd.read_csv(file).set_index(KEYS)["coverage"] if file.is_file() else pd.Series(dtype=float)
-    rows = ["| interval | samples | quantity | before | now | given |", "|---|---|---|---|---|---|"]
-    for row in now.to_dict("records"):
-        was = before.get(tuple(row[key] for key in KEYS), np.nan) if len(before) else np.nan
-        found = "refused" if row["given"] == 0 else f"{row['coverage']:.2f} ± {row['error']:.2f}"
-        if row["coverage"] + 2 * row["error"] < LEAST:
-            found = f"**{found}**"
-        cells = [*(str(row[key]) for key in KEYS), "" if np.isnan(was) else f"{was:.2f}", found, f"{row['given']:.2f}"]
-        rows.append("| " + " | ".join(cells) + " |")
+    """Table of the page: coverage by quantity, and share of the samples for which an interval was given."""
+    rows = ["| interval | samples | coverage | given |", "|---|---|---|---|"]
+    for (interval, samples), own in pd.read_csv(folder / "coverage.csv").groupby(["interval", "samples"], sort=False):
+        cells = []
+        for row in own.to_dict("records"):
+            value = "refused" if row["given"] == 0 else f"{row['coverage']:.2f} ± {row['error']:.2f}"
+            low = row["coverage"] + 2 * row["error"] < LEAST
+            cells.append(f"{row['quantity']} {f'**{value}**' if low else value}")
+        rows.append(f"| {interval} | {samples} | {'; '.join(cells)} | {own['given'].min():.2f} |")
     return "\n".join(rows)
 
 
 def main() -> None:
     """Read the command line, measure, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--repetitions", type=int, default=400)
-    parser.add_argument("--seconds", type=float, default=np.inf, help=f"of a case, after {FEWEST} repetitions")
-    parser.add_argument("--quick", action="store_true", help="30 repetitions")
+    parser.add_argument("--repetitions", type=int, default=200)
+    parser.add_argument("--seconds", type=float, default=15.0, help=f"of a case, after {FEWEST} repetitions")
+    parser.add_argument("--quick", action="store_true", help="10 repetitions")
     parser.add_argument("--only", nargs="*", default=[], help="words that intervals begin with")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("-o", "--output", type=Path, default=HERE)
@@ -128,7 +120,7 @@ def main() -> None:
     asked = parser.parse_args()
     asked.output.mkdir(parents=True, exist_ok=True)
     if not asked.page:
-        run(asked.output, 30 if asked.quick else asked.repetitions, asked.seed, asked.only, asked.seconds)
+        run(asked.output, 10 if asked.quick else asked.repetitions, asked.seed, asked.only, asked.seconds)
     if asked.output == HERE and not asked.only:
         put_in(HERE / "README.md", table(HERE))
 

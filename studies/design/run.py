@@ -1,6 +1,6 @@
 """The cheapest footing and joints of a house on clay, by site class, and those of the least expected cost.
 
-    python studies/design/run.py --workers 2
+    python studies/design/run.py [--workers 2] [--price]
 
 goes on where it was stopped, writes the tables of the README, and draws the alternatives. All targets read the same
 walls.
@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+import numpy as np
 import xarray as xr
 
 from damagepred import search_design
@@ -26,7 +27,7 @@ from studies.pages import put_in  # noqa: E402
 
 CLASSES = ("M", "H1")
 ASKED = "category = 2\nprobability = 0.05"
-MOST = "most = 256"
+MOST = "most = 128"
 REPAIRS = "repair_costs = [200, 1500, 6000, 20000]\ntolerance = 100"
 """Assumed costs of repair of categories 1 to 4, for the whole wall."""
 TARGETS = {"": (ASKED, MOST), "_costs": (REPAIRS, "most = 128")}
@@ -36,6 +37,8 @@ DECISIONS = {
     "probability": ("dearer or undecided", "meets it", "does not meet it"),
     "expected_cost": ("undecided", "least", "dearer"),
 }
+SHOWN = 6
+"""Cheapest alternatives of the tables."""
 
 
 def choices(site: str, target: tuple[str, str]) -> str:
@@ -54,7 +57,8 @@ def table(found: xr.Dataset) -> str:
     by_cost = quantity == "expected_cost"
     digits = ".0f" if by_cost else ".3f"
     lines = [f"| footing and joints | cost | {HEADS[quantity]} | walls | decision |", "|---|---|---|---|---|"]
-    for name, one in found.groupby("alternative"):
+    cheapest = found["alternative"].values[np.argsort(found["cost"].values)[:SHOWN]]
+    for name, one in found.sel(alternative=np.isin(found["alternative"], cheapest)).groupby("alternative"):
         values = {key: float(one[key].squeeze()) for key in one.data_vars if "alternative" in one[key].dims}
         middle, low, high = (f"{values[quantity + end]:{digits}}" for end in ("", "_lower", "_upper"))
         decision = DECISIONS[quantity][int(values["decision"])]
@@ -77,11 +81,14 @@ def table(found: xr.Dataset) -> str:
 def main() -> None:
     """Search on both classes for both targets, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--price", action="store_true", help="print the price alone")
     asked = parser.parse_args()
     results = HERE / "results"
     results.mkdir(exist_ok=True)
     print(price_of_search(HERE / "choices.toml", asked.workers), flush=True)
+    if asked.price:
+        return
     found = {}
     for ending, target in TARGETS.items():
         for site in CLASSES:

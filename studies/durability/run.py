@@ -1,6 +1,6 @@
 """A study that is killed, hung or interrupted has the same results, bit by bit, as an undisturbed one.
 
-Run: python studies/durability/run.py [--kills 50] [--walls 48] [--only kill worker hang dask disk interrupt]
+Run: python studies/durability/run.py [--kills 10] [--walls 48] [--only kill worker hang dask disk interrupt]
 """
 
 from __future__ import annotations
@@ -269,7 +269,7 @@ def mistreat(names: list[str], walls: int, kills: int, place: Path) -> dict[str,
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kills", type=int, default=50, help="random moments to kill all at (50)")
+    parser.add_argument("--kills", type=int, default=10, help="random moments to kill all at (10)")
     parser.add_argument("--walls", type=int, default=48, help="of the study (48)")
     parser.add_argument("--only", nargs="+", choices=TREATMENTS, default=list(TREATMENTS), help="disturbances to run")
     options = parser.parse_args()

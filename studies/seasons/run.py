@@ -1,8 +1,8 @@
 """Damage of a wall by thirty years of wet and dry seasons, by site class.
 
-    python studies/seasons/run.py --samples 16 --workers 2
+    python studies/seasons/run.py [--samples 16] [--workers 2]
 
-runs the wall through thirty years on sites of four classes, and once, in one growing movement, through all y_s. It goes
+Runs the wall through thirty years on sites of four classes, and once, in one growing movement, through all y_s. It goes
 on where it was stopped, writes the table of the README, and draws the probability of damage by year.
 """
 
@@ -92,7 +92,8 @@ def main() -> None:
     """Run all studies, write the table, draw the curves."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--samples", type=int, default=16)
-    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--classes", nargs="+", help="of sites (S M H1 H2)")
     parser.add_argument("--folder", type=Path, default=HERE / "results")
     asked = parser.parse_args()
     asked.folder.mkdir(parents=True, exist_ok=True)
@@ -107,7 +108,7 @@ def main() -> None:
     for kind, ax in zip(("dishing", "doming"), axes):
         once = run(at_once(kind, asked.samples), asked.folder / f"{kind}_once.dp", asked.workers)
         for site in site_classes():
-            if not 0.0 < site.up_to < np.inf:
+            if not 0.0 < site.up_to < np.inf or site.name not in (asked.classes or [site.name]):
                 continue
             folder = asked.folder / f"{kind}_{site.name}.dp"
             years = run(through_years(kind, site.up_to, asked.samples), folder, asked.workers)

@@ -8,34 +8,25 @@ from walls import Case
 
 from damagepred.damage import construction_limits
 
-METHODS = {"beam": "deep beam", "tied": "elastic wall, tied to the ground", "lifting": "elastic wall that may lift off"}
 WALL = list(Case._fields)
 
 
 def agreement(paths: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each wall, limit and method: its category, that of the model, and the difference.
-
-    Where the model failed before the limit there is none.
-    """
+    """Category of the model and of the deep beam for each wall and limit that the model reached."""
     rows = []
     for name, limit in construction_limits().items():
         allowed = np.array([limit.value(length, height) for length, height in zip(paths["length"], paths["height"])])
         at = paths[np.isclose(paths["deflection_ratio"], allowed, rtol=1e-4) & (paths["category"] >= 0)]
-        for method in METHODS:
-            part = at[[*WALL, "deflection_ratio", "category", "perpend_category"]].copy()
-            part["limit"], part["method"] = name, method
-            part["simple"] = at[f"{method}_category"]
-            part["difference"] = part["simple"] - part["category"]
-            rows.append(part)
+        part = at[[*WALL, "deflection_ratio", "category", "perpend_category"]].copy()
+        part["limit"], part["simple"] = name, at["beam_category"]
+        part["difference"] = part["simple"] - part["category"]
+        rows.append(part)
     return pd.concat(rows, ignore_index=True)
 
 
 def capacities(paths: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each wall and category: the deflection ratio at which the model and each method first reach it.
-
-    NaN if not reached; ``followed_to`` is the end of the model's path.
-    """
-    columns = {"model": "category", "perpends": "perpend_category"} | {m: f"{m}_category" for m in METHODS}
+    """Deflection ratio at which the model and the deep beam first reach each category; NaN if not reached."""
+    columns = {"model": "category", "perpends": "perpend_category", "beam": "beam_category"}
     rows = []
     for wall, path in paths.groupby(WALL, sort=False):
         followed = path["deflection_ratio"][path["category"] >= 0].max()
@@ -49,27 +40,20 @@ def capacities(paths: pd.DataFrame) -> pd.DataFrame:
 
 
 def summary(levels: pd.DataFrame) -> list[str]:
-    """Return the table of the README: shares of lower, equal and higher categories than the model's.
-
-    By the widest crack of the wall, and by openings of perpends alone, which separate the wall; a bed joint may open
-    where the wall lifts off.
-    """
+    """Table of the shares of lower, equal and higher categories than the model's, by all cracks and by perpends."""
     three = "too safe, the same, too severe"
     lines = [
-        f"| simple method | base | movement | cases | by all cracks: {three} | by perpends: {three} |",
-        "|---|---|---|---|---|---|",
+        f"| base | movement | cases | by all cracks: {three} | by perpends: {three} |",
+        "|---|---|---|---|---|",
     ]
-    for method, name in METHODS.items():
-        for dpc, base in ((False, "no dpc"), (True, "dpc")):
-            for movement in ("dishing", "doming"):
-                own = levels[(levels["method"] == method) & (levels["dpc"] == dpc) & (levels["movement"] == movement)]
-                if own.empty:
-                    continue
-                shares = [
-                    ", ".join(f"{part.mean():.0%}" for part in (off < 0, off == 0, off > 0))
-                    for off in (own["difference"], own["simple"] - own["perpend_category"])
-                ]
-                lines.append(f"| {name} | {base} | {movement} | {len(own)} | {' | '.join(shares)} |")
+    for dpc, base in ((False, "no dpc"), (True, "dpc")):
+        for movement in ("dishing", "doming"):
+            own = levels[(levels["dpc"] == dpc) & (levels["movement"] == movement)]
+            shares = [
+                ", ".join(f"{part.mean():.0%}" for part in (off < 0, off == 0, off > 0))
+                for off in (own["difference"], own["simple"] - own["perpend_category"])
+            ]
+            lines.append(f"| {base} | {movement} | {len(own)} | {' | '.join(shares)} |")
     return lines
 
 

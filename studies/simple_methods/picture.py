@@ -1,14 +1,13 @@
-"""Pictures of the comparison."""
+"""Picture of the comparison."""
 
 from __future__ import annotations
 
 import numpy as np
 import pandas as pd
-from compare import METHODS
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Patch
 
 from damagepred.damage import deflection_over_strain, load_strain_table
 from damagepred.plotting.colours import CATEGORY_COLOURS
@@ -108,35 +107,3 @@ def _walls(ax: Axes, own: pd.DataFrame) -> None:
                 markeredgewidth=0.9,
                 zorder=order,
             )
-
-
-def draw_matrices(levels: pd.DataFrame) -> Figure:
-    """Draw the numbers of walls by category of the model and of each simple method."""
-    figure = new_figure(10.0, 8.6)
-    panels = figure.subplots(2, len(METHODS), sharex=True, sharey=True)
-    for row, dpc in enumerate((False, True)):
-        for column, (method, name) in enumerate(METHODS.items()):
-            own = levels[(levels["method"] == method) & (levels["dpc"] == dpc)]
-            count = pd.crosstab(own["category"], own["simple"]).reindex(
-                index=range(HIGHEST + 1), columns=range(HIGHEST + 1), fill_value=0
-            )
-            ax = panels[row][column]
-            ax.imshow(count.values / max(1, count.values.sum()), cmap="Blues", origin="lower", vmin=0, vmax=0.5)
-            for (model, simple), walls in np.ndenumerate(count.values):
-                if walls:
-                    dark = walls > 0.3 * count.values.sum()
-                    shade = "white" if dark else "black"
-                    ax.text(simple, model, str(walls), ha="center", va="center", color=shade, fontsize=small(ax))
-            for same in range(HIGHEST + 1):
-                ax.add_patch(Rectangle((same - 0.5, same - 0.5), 1, 1, fill=False, edgecolor="0.3", linewidth=1.2))
-            lead = f"{name[:1].upper()}{name[1:]}"
-            ax.set_title(f"{lead},\n{BASE[dpc]}", fontsize=small(ax), loc="left")
-            ax.text(0.01, 0.99, "too safe", transform=ax.transAxes, va="top", color="0.35", fontsize=small(ax))
-            ax.text(0.99, 0.01, "too severe", transform=ax.transAxes, ha="right", color="0.35", fontsize=small(ax))
-    for ax in panels[1]:
-        ax.set_xlabel("category by the simple method")
-    for ax in panels[:, 0]:
-        ax.set_ylabel("category by bricks and joints")
-    title = "Walls by category, at the five deflection limits of AS 2870 Table 4.1"
-    figure.suptitle(title, x=0.01, ha="left", fontsize=text_size(ax))
-    return figure

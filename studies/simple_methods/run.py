@@ -1,6 +1,6 @@
 """Simple methods against the model of bricks and joints, wall by wall.
 
-    python studies/simple_methods/run.py [--quick] [--output studies/simple_methods/results] [--at-most 20]
+    python studies/simple_methods/run.py [--quick] [--output FOLDER] [--at-most 20]
 
 Solves every wall of settings.toml, writes its path into results/paths.csv, and resumes an earlier call; --at-most
 limits the number of walls. When all are solved it writes agreement.csv, capacities.csv and the pictures.
@@ -20,17 +20,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from compare import WALL, agreement, capacities, cracked, summary
-from picture import draw_diagram, draw_matrices
-from strain import largest_tensile_strain
-from walls import Case, cases, elastic, read_settings, scene_of
+from picture import draw_diagram
+from walls import Case, cases, read_settings, scene_of
 
 from damagepred import Scene, solve
 from damagepred.archive.files import write_whole
-from damagepred.damage import load_strain_table, load_table
+from damagepred.damage import load_table
 from damagepred.enumerations import ContactKind
 from damagepred.errors import SolverError
 from damagepred.plotting.sheet import DPI
 from damagepred.results.simple_assessment import simple_category
+from studies.pages import put_in
 
 HERE = Path(__file__).resolve().parent
 
@@ -38,15 +38,15 @@ HERE = Path(__file__).resolve().parent
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="a few small walls")
-    parser.add_argument("--output", type=Path, default=HERE / "results", help="folder for paths, tables and pictures")
+    parser.add_argument("--output", type=Path, default=HERE, help="folder for paths, tables and picture")
     parser.add_argument("--at-most", type=int, default=10**9, help="walls to solve in this call")
     options = parser.parse_args()
     settings = read_settings(options.quick)
-    store = options.output / "paths.csv"
+    store = options.output / "results" / "paths.csv"
     paths = pd.read_csv(store) if store.is_file() else pd.DataFrame(columns=list(Case._fields))
     done = set(paths[list(Case._fields)].itertuples(index=False, name=None))
     missing = [case for case in cases(settings) if tuple(case) not in done]
-    options.output.mkdir(parents=True, exist_ok=True)
+    store.parent.mkdir(parents=True, exist_ok=True)
     for case in missing[: options.at_most]:
         start = time.process_time()
         path = path_of(case, settings)
@@ -87,12 +87,6 @@ def path_of(case: Case, settings: dict[str, Any]) -> pd.DataFrame:
         "beam_category": beam.category,
     }
     rows["perpend_category"] = np.where(rows["category"] < 0, -1, load_table("as2870").by_width(rows["perpend_width"]))
-    for name, lifts in (("tied", False), ("lifting", True)):
-        whole, fields = elastic(scene, settings, lifts)
-        solved = solve(whole, fields=fields, store_zones=False)
-        strain = largest_tensile_strain(solved, settings["elastic"]["gauge"], above_dpc(whole))
-        rows[f"{name}_strain"] = strain
-        rows[f"{name}_category"] = load_strain_table().by_strain(strain)
     return pd.DataFrame(rows)
 
 
@@ -129,8 +123,10 @@ def report(paths: pd.DataFrame, output: Path) -> bool:
     save(levels, output / "agreement.csv")
     save(reached, output / "capacities.csv")
     write_whole(output / "diagram.png", lambda p: draw_diagram(reached).savefig(p, dpi=DPI, format="png"))
-    write_whole(output / "agreement.png", lambda p: draw_matrices(levels).savefig(p, dpi=DPI, format="png"))
-    print("\n".join([*cracked(reached), "", *summary(levels)]))
+    tables = "\n".join([*cracked(reached), "", *summary(levels)])
+    print(tables)
+    if output == HERE:
+        put_in(HERE / "README.md", tables)
     failed = len(paths[paths["category"] < 0].groupby(WALL))
     if failed:
         print(f"{failed} walls were not followed to the end; from there on they are left out")

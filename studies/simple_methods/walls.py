@@ -1,19 +1,14 @@
-"""The walls of the study: for the distinct element model, and as elastic walls."""
+"""The walls of the study."""
 
 from __future__ import annotations
 
 import itertools
 import tomllib
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from damagepred import Scene
-from damagepred.assembly import wall_geometry
-from damagepred.enumerations import ContactKind
 
 SETTINGS = Path(__file__).with_name("settings.toml")
 
@@ -66,19 +61,3 @@ def scene_of(case: Case, settings: dict[str, Any]) -> Scene:
         hole = settings[case.opening]
         tables["opening"] = [hole | {"kind": case.opening, "x": (case.length - hole["width"]) / 2}]
     return Scene.from_dict(tables)
-
-
-def elastic(scene: Scene, settings: dict[str, Any], lifts: bool) -> tuple[Scene, dict[str, np.ndarray]]:
-    """Return a wall whose joints never break, and fields for its solution."""
-    strength = settings["elastic"]["strength"]
-    joint = replace(scene.joint, tensile_strength=strength, cohesion=2 * strength)
-    if not lifts:
-        return replace(scene, joint=joint, dpc=None), {}
-    scene = replace(scene, joint=joint)
-    if scene.dpc is not None:
-        return scene, {}
-    base = wall_geometry(scene).joints.kind == ContactKind.FOOTING_INTERFACE
-    return scene, {
-        "joint.tensile_strength": np.where(base, 0.0, strength),
-        "joint.cohesion": np.where(base, 0.0, 2 * strength),
-    }

@@ -21,7 +21,7 @@ import pandas as pd
 import xarray as xr
 from stripes import by_thirds, read_at, shares
 
-from damagepred import fit_fragility, open_study
+from damagepred import fit_fragility, open_study, solve
 from damagepred.archive.files import write_whole
 from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
@@ -42,6 +42,8 @@ LARGEST = 150.0
 STEP = 5.0
 """Increments of the movement (mm)."""
 STIFFNESS = {"doming": "soil.shrinking_stiffness", "dishing": "soil.swelling_stiffness"}
+VALUES = {"dishing": (1e6, 2e6, 4e6, 8e6), "doming": (1.25e6, 2.5e6, 5e6, 10e6)}
+"""Stiffness of the soil (Pa/m), around the defaults of swelling and of shrinking soil."""
 PICTURE = ("veneer", "dishing", 100.0)
 """Footing, way of movement and y_s (mm) of the wall that is drawn."""
 
@@ -63,7 +65,22 @@ def main() -> int:
             print(f"{folder.name}: {summary.done} walls, {summary.failed} failed, {summary.seconds:.0f} s", flush=True)
             if summary.interrupted:
                 return 130
-    return 3 * report(options.output)
+    failed = report(options.output)
+    print_stiffness()
+    return 3 * failed
+
+
+def print_stiffness(millimetres: float = 100.0) -> None:
+    """Print deflection and damage of the mean wall on softer and stiffer soil, at draft accuracy."""
+    print("movement  soil (kPa/m)  deflection of the footing (mm)  widest joint (mm)  category")
+    for kind, values in VALUES.items():
+        scene = settings("veneer", kind, millimetres).scene
+        solver, movement = scene.solver.with_accuracy("draft"), replace(scene.movement, increments=5)
+        for value in values:
+            soil = replace(scene.soil, swelling_stiffness=value, shrinking_stiffness=value)
+            wall = solve(replace(scene, soil=soil, solver=solver, movement=movement)).isel(increment=-1)
+            deflection, width = (1e3 * float(wall[name]) for name in ("central_deflection", "crack_width_max"))
+            print(f"{kind:9} {value / 1e3:12g}  {deflection:30.2f}  {width:17.3f}  {int(wall['damage_category']):8}")
 
 
 def settings(footing: str, kind: str, millimetres: float) -> StudySettings:

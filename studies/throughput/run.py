@@ -16,22 +16,14 @@ import tempfile
 import threading
 import time
 import tomllib
-from collections import defaultdict
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 
-from damagepred.archive.folder import StudyFolder
-from damagepred.campaign import sample
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.warm_up import warm_up
-from damagepred.one_wall import judged_path
-from damagepred.solvers.quasi_static import stepper
 from damagepred.study import Study, open_study
 
 HERE = Path(__file__).resolve().parent
@@ -122,93 +114,17 @@ def measure(walls: int, workers: int, folder: Path) -> dict[str, Any]:
     }
 
 
-class Split:
-    """Processor time of the stages of a sample (s), each without those inside it."""
-
-    def __init__(self) -> None:
-        self.seconds: defaultdict[str, float] = defaultdict(float)
-        self._open: list[tuple[str, float]] = []  # stages, and when they began or went on
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Count the time spent inside."""
-        if self._open:
-            self._stop(*self._open[-1])
-        self._open.append((name, time.process_time()))
-        try:
-            yield
-        finally:
-            self._stop(*self._open.pop())
-            if self._open:
-                self._open[-1] = self._open[-1][0], time.process_time()
-
-    def _stop(self, name: str, began: float) -> None:
-        self.seconds[name] += time.process_time() - began
-
-    def function(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Return a function whose time counts as a stage."""
-
-        def timed(*args: Any, **kwargs: Any) -> Any:
-            with self.stage(name):
-                return function(*args, **kwargs)
-
-        return timed
-
-    def generator(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Return a generator function whose time counts as a stage, that of its consumer left out."""
-
-        def timed(*args: Any, **kwargs: Any) -> Iterator[Any]:
-            values, end = function(*args, **kwargs), object()
-            while True:
-                with self.stage(name):
-                    value = next(values, end)
-                if value is end:
-                    return
-                yield value
-
-        return timed
-
-
-def split(walls: int, folder: Path, batch: int = 20) -> dict[str, float]:
-    """Return the processor time of each stage of a sample (ms), in batches of one process."""
-    study, split = Study(solid_wall_study(walls)), Split()
-    study.run(folder, samples=1, workers=1)
-    study._prepare(StudyFolder(folder), walls)
-    warm_up(study.settings.scene)
-    values = study.design.wall_values(walls)
-    tasks = [(i, {k: float(v[i]) for k, v in values.items()}) for i in range(walls)]
-    sample.run_batch(str(folder), tasks[1:2])
-    stages = (
-        (sample, "sampled_wall", "inputs", split.function),
-        (judged_path, "model_of", "model", split.function),
-        (stepper, "Continuation", "set-up of the solver", split.function),
-        (judged_path, "solve_path", "path", split.generator),
-        (judged_path, "judge", "judging", split.function),
-        (sample, "_row", "row of results", split.function),
-        (sample, "write_part", "part", split.function),
-    )
-    with ExitStack() as stack:
-        for module, name, stage, timed in stages:
-            stack.enter_context(patch.object(module, name, timed(stage, getattr(module, name))))
-        with split.stage("rest"):
-            for first in range(2, walls, batch):
-                sample.run_batch(str(folder), tasks[first : first + batch])
-    return {stage: 1e3 * seconds / (walls - 2) for stage, seconds in split.seconds.items()}
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--walls", type=int, default=1000, help="how many (1000)")
     parser.add_argument("--workers", type=int, nargs="*", default=[2], help="processes, one run for each number (2)")
-    parser.add_argument("--efficiency", type=int, default=100, help="walls to compare 1 with 2 workers; 0: not (100)")
+    parser.add_argument("--efficiency", type=int, default=40, help="walls to compare 1 with 2 workers; 0: not (40)")
     parser.add_argument("--results", type=Path, default=HERE / "results" / "throughput.json", help="what was measured")
     options = parser.parse_args()
     began = time.perf_counter()
     warm_up(solid_wall_study(1).scene)
     found: dict[str, Any] = {"kernels_ready_s": time.perf_counter() - began, "runs": []}
     with tempfile.TemporaryDirectory(dir=HERE) as place:
-        found["split_ms"] = split(min(options.walls, 62), Path(place) / "split.dp")
-        print("processor time of a wall by stage (ms):", json.dumps(found["split_ms"], indent=1), flush=True)
         for workers in options.workers:
             found["runs"].append(measure(options.walls, workers, Path(place) / f"{workers}.dp"))
             print(json.dumps(found["runs"][-1], indent=1), flush=True)

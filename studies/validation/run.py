@@ -29,8 +29,6 @@ CASES = (
     "ramsgate",
     "bryant",
     "shear_panel",
-    "dry_walls",
-    "vibration",
 )
 
 

@@ -12,7 +12,7 @@ from damagepred.analyses.function import JOINTS, StudyFunction
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.study import Study
-from studies.hooks import with_openturns, with_salib
+from studies.hooks import run
 from tests.conftest import SMALL_STUDY
 
 INPUTS = ("joint.friction", "movement.central_deflection")
@@ -25,7 +25,7 @@ def study() -> Study:
 
 @pytest.fixture(scope="module")
 def hooks() -> StudyFunction:
-    return Study.from_toml(with_salib.STUDY).function([with_salib.OUTPUT])
+    return Study.from_toml(run.STUDY).function([run.OUTPUT])
 
 
 def test_it_is_the_study_s_own_sample(study: Study, tmp_path: Path) -> None:
@@ -68,7 +68,7 @@ def test_a_wall_that_fails_is_nan_and_sobol_s_indices_refuse_it(
 
     monkeypatch.setattr(module, "follow_wall", moody)
     with pytest.raises(InputError, match="1 of 40 values are not finite, the first in row 3"):
-        hooks.sobol(with_salib.OUTPUT, 8)
+        hooks.sobol(run.OUTPUT, 8)
 
 
 def test_values_of_joints_count_as_one_input(study: Study) -> None:
@@ -108,13 +108,13 @@ def test_correlated_variables_have_no_sobol_indices() -> None:
 @pytest.mark.thorough
 def test_salib_and_openturns_get_the_same_indices(hooks: StudyFunction) -> None:
     size = 8
-    ours = hooks.sobol(with_salib.OUTPUT, size, seed=1, resamples=0)
-    salib = with_salib.main(size)
+    ours = hooks.sobol(run.OUTPUT, size, seed=1, resamples=0)
+    salib = run.with_salib(size)
     np.testing.assert_allclose(salib["first"], ours["first_order"], rtol=0, atol=1e-12)
     np.testing.assert_allclose(salib["total"], ours["total"], rtol=0, atol=1e-12)
-    theirs = with_openturns.main(size)
+    theirs = run.with_openturns(size)
     rows, _, _ = hooks.sobol_rows(size, seed=1)
-    table = hooks(rows)[with_salib.OUTPUT].values.reshape(size, -1)
+    table = hooks(rows)[run.OUTPUT].values.reshape(size, -1)
     # OpenTURNS divides by (n - 1/2) times the variance of A, here by n times that of A and B together; its first order
     # is Jansen's, from B instead of from A
     of_a, of_both = table[:, 0].var(ddof=1) * (size - 0.5), table[:, [0, -1]].var() * size

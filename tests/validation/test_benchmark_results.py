@@ -1,4 +1,4 @@
-"""The results page agrees with the data; one command runs, records and ends all benchmarks."""
+"""The results page agrees with the data; one command runs, records and ends all studies."""
 
 import subprocess
 import sys
@@ -8,38 +8,36 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from studies import run as all_studies
 from studies.benchmarks import run
 from studies.benchmarks.probabilities.summary import seconds_to
 from tests.conftest import ROOT
 
 HERE = ROOT / "studies" / "benchmarks"
-COMMAND = [sys.executable, str(HERE / "run.py")]
 
 
 def test_the_page_agrees_with_the_data() -> None:
-    text = run.text(run.measured())
-    assert text == (HERE / "RESULTS.md").read_text(encoding="utf-8"), f"the data have changed: {run.ALL} --from-data"
-    assert all(f"`{room.shell}`" in text for room in run.ROOMS.values())
+    text = run.text(all_studies.runs())
+    assert text == (HERE / "RESULTS.md").read_text(encoding="utf-8"), (
+        "the data have changed: run studies/benchmarks/run.py"
+    )
 
 
 def test_no_row_is_without_a_version() -> None:
-    assert set(run.measured()["room"]) == set(run.ROOMS)
-    tables = [run.measured()]
-    tables += [pd.read_csv(HERE / name) for name in ("scaling/data.csv", "skips/data.csv", "work_precision/data.csv")]
+    tables = [all_studies.runs()]
+    tables += [pd.read_csv(HERE / name) for name in ("scaling/data.csv", "work_precision/data.csv")]
     tables += [pd.read_csv(HERE / "beside_others" / "runs.csv")]
-    tables += [pd.read_csv(HERE / "probabilities" / f"{name}.csv") for name in ("data", "floors", "costs")]
+    tables += [pd.read_csv(HERE / "probabilities" / f"{name}.csv") for name in ("data", "floors")]
     for table in tables:
         assert table["version"].str.startswith("0.").all()
         assert pd.to_datetime(table["date"]).notna().all()
 
 
 def test_a_changed_datum_changes_the_page(tmp_path: Path) -> None:
-    room = run.ROOMS["skips"]
-    rows = pd.read_csv(room.folder / "data.csv")
-    rows.loc[rows["skip"] == rows["skip"][0], "seconds_off"] *= 100.0
+    rows = pd.read_csv(HERE / "scaling" / "data.csv")
+    rows["seconds"] *= 100.0
     rows.to_csv(tmp_path / "data.csv", index=False)
-    assert run.section(room, tmp_path) != run.section(room)
-    assert "data.csv is missing" in run.section(room, tmp_path / "nowhere")
+    assert run.section("scaling", tmp_path) != run.section("scaling")
 
 
 def test_seconds_to_an_error() -> None:
@@ -49,30 +47,57 @@ def test_seconds_to_an_error() -> None:
     assert (seconds_to(seconds, error, 0.5), seconds_to(seconds, error, 0.04)) == ("< 1", "> 64")
 
 
+def test_the_list_of_studies_has_their_commands_and_prices() -> None:
+    """Every study with a page is listed once, its program exists, its page names its command, and the sum is said."""
+    known = all_studies.studies()
+    pages = {str(page.parent.relative_to(ROOT / "studies")) for page in (ROOT / "studies").glob("*/README.md")}
+    assert pages - set(known.index) == {"notebooks"}
+    assert known.index.is_unique
+    assert 0 < known["minutes"].sum() <= 160
+    for name, command in known["command"].items():
+        script = command.split()[1]
+        assert (ROOT / script).is_file()
+        page = HERE.parent / (name if (HERE.parent / name).is_dir() else Path(name).parent) / "README.md"
+        text = page.read_text(encoding="utf-8")
+        assert text.startswith("# ")
+        assert text.splitlines()[0].endswith("?"), name
+        assert name == "benchmarks" or f"python {script}" in text, name
+
+
 def test_a_wrong_name_is_named() -> None:
-    done = subprocess.run([*COMMAND, "--rooms", "skip"], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, str(HERE.parent / "run.py"), "skip"], capture_output=True, text=True)
     assert done.returncode == 2
-    assert "'skip'" in done.stderr
-    assert "skips" in done.stderr
+    assert "skip" in done.stderr
+    assert "brick_models" in done.stderr
 
 
-def test_a_measurement_is_recorded_and_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run, "MEASURED", tmp_path / "measured.csv")
-    toy = run.Room("toy", "does it end", 1.0, tmp_path, ["-c", "pass"], [])
-    assert run.measure(toy) == "complete"
-    assert run.measure(toy._replace(command=["-c", "raise SystemExit(3)"])) == "failed (3)"
+def test_a_run_is_recorded_resumed_and_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Results of another package are deleted, those of an interrupted run stay; what is complete is not run again."""
+    monkeypatch.setattr(all_studies, "HERE", tmp_path)
+    (tmp_path / "runs.csv").write_text("study,package,version,date,machine,minutes,end\ntoy,old,0,0,0,1,complete\n")
+    (tmp_path / "toy" / "results").mkdir(parents=True)
+    (tmp_path / "fail.py").write_text("raise SystemExit(3)")
+    (tmp_path / "wait.py").write_text("import time; time.sleep(60)")
+    (tmp_path / "pass.py").write_text("pass")
+    assert all_studies.measure("toy", f"python {tmp_path / 'fail.py'}", 1.0) == "failed (3)"
+    assert not (tmp_path / "toy" / "results").exists()
+    (tmp_path / "toy" / "results").mkdir()
     began = time.perf_counter()
-    assert run.measure(toy._replace(minutes=0.005, command=["-c", "import time; time.sleep(60)"])) == "stopped"
+    assert all_studies.measure("toy", f"python {tmp_path / 'wait.py'}", 0.005) == "stopped"
     assert time.perf_counter() - began < 30.0
-    (row,) = run.measured().to_dict("records")
-    assert (row["room"], row["end"]) == ("toy", "stopped")
+    assert all_studies.measure("toy", f"python {tmp_path / 'pass.py'}", 1.0) == "complete"
+    assert all_studies.measure("toy", f"python {tmp_path / 'fail.py'}", 1.0) == "complete"
+    assert (tmp_path / "toy" / "results").exists()
+    (row,) = all_studies.runs().to_dict("records")
+    assert row["end"] == "complete"
     assert "cores" in row["machine"]
 
 
 def test_measurements_of_two_versions_are_named() -> None:
     row = {"version": "1, commit a", "date": "2000-01-02", "machine": "1 core", "minutes": 1.0, "end": "complete"}
-    rows = pd.DataFrame([{"room": name} | row for name in run.ROOMS])
-    assert run.whence(rows) == "On 1 core. All with damagepred 1, commit a, 2000-01-02."
-    assert "Not all figures" in run.whence(rows.assign(version=["2", *rows["version"][1:]]))
-    assert "Not all figures" in run.whence(rows.assign(machine=["2 cores", *rows["machine"][1:]]))
-    assert "Not complete: work_precision." in run.whence(rows.assign(end=["stopped", *rows["end"][1:]]))
+    names = [f"benchmarks/{name}" for name in run.NAMES]
+    rows = pd.DataFrame([row] * len(names), index=names)
+    assert run.provenance(rows) == "On 1 core. All with damagepred 1, commit a, 2000-01-02."
+    assert "Not all figures" in run.provenance(rows.assign(version=["2", *rows["version"][1:]]))
+    assert "Not all figures" in run.provenance(rows.assign(machine=["2 cores", *rows["machine"][1:]]))
+    assert "Not complete: benchmarks/work_precision." in run.provenance(rows.assign(end=["stopped", *rows["end"][1:]]))

@@ -27,7 +27,7 @@ def study() -> ModuleType:
     ("interval", "samples"),
     [
         ("curve", "5 damaged, all of the walls"),
-        ("curve", "8 damaged, half of the walls"),
+        ("curve", "5 damaged, half of the walls"),
         ("surface", "8 walls"),
         ("median", "8 walls"),
         ("estimate, random walls", "50 walls, probability 0.2"),

@@ -38,7 +38,8 @@ def test_files_are_valid_and_the_page_has_their_alternatives(run: ModuleType, tm
     page = (STUDY / "README.md").read_text(encoding="utf-8")
     for footing, cost in (("300 x 300", 0), ("300 x 500", 900), ("300 x 700", 1900)):
         for joint, more in (("no joint", 0), ("one between the windows", 500), ("two between the windows", 1000)):
-            assert page.count(f"| {footing} + {joint} | {cost + more} |") == 4
+            shown = 4 if cost + more <= 1400 else 0  # the six cheapest
+            assert page.count(f"| {footing} + {joint} | {cost + more} |") == shown
 
 
 @pytest.mark.thorough
@@ -48,7 +49,7 @@ def test_a_few_walls_of_two_alternatives(run: ModuleType, tmp_path: Path) -> Non
     options = text.split("[[choice.option]]")
     head, joints = options[0].replace('name = "footing"', 'name = "joints"'), options[4:6]
     text = "[[choice.option]]".join([head, *(joint.partition("[[choice]]")[0] for joint in joints)])
-    (tmp_path / "choices.toml").write_text(text.replace("64", "2").replace("256", "2"), encoding="utf-8")
+    (tmp_path / "choices.toml").write_text(text.replace("64", "2").replace("128", "2"), encoding="utf-8")
     house = (STUDY / "house.toml").read_text(encoding="utf-8").replace("increments = 12", "increments = 3")
     (tmp_path / "house.toml").write_text(house, encoding="utf-8")
     found = search_design(tmp_path / "choices.toml", tmp_path / "out")

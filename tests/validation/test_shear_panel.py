@@ -4,11 +4,7 @@ The test carried about 50 kN. Bounds here are wide on purpose: rigid bricks with
 of the paper in them, nothing fitted.
 """
 
-import importlib.util
-import sys
 from dataclasses import replace
-from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -16,29 +12,16 @@ import xarray as xr
 
 import damagepred
 from damagepred.scene import Joint, Solver
+from tests.validation.shear_panel import BRITTLE, HEIGHT, LENGTH, SOFT, SOFT_IN_SHEAR, panel
 
-FILE = Path(__file__).parents[2] / "studies" / "shear_panel" / "panel.py"
 CAP, WIDE = 10.5e6, 0.5e-3
-
-
-def study() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("shear_panel", FILE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["shear_panel"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-PANEL = study()
 
 
 def push(
     joint: Joint, to: float, increments: int, *, bricks_crack: bool = True, method: str = "quasi_static"
 ) -> tuple[xr.Dataset, np.ndarray]:
     """Return the path and the horizontal force (kN) of each increment."""
-    pushed = PANEL.panel(joint, push=to, bricks_crack=bricks_crack)
+    pushed = panel(joint, push=to, bricks_crack=bricks_crack)
     solver = Solver(method=method, tolerance=1e-3 if method == "explicit" else None)  # type: ignore[arg-type]
     ds = damagepred.solve(pushed.assembly, solver=solver, increments=increments)
     assert ds.attrs["status"] == "complete"
@@ -54,7 +37,7 @@ def check_diagonal(ds: xr.Dataset) -> None:
     last = ds.isel(increment=-1)
     head = (last["contact_kind"].values == 1) & (last["contact_opening"].values > WIDE)
     x, y = last["contact_x"].values[head], last["contact_y"].values[head]
-    height, length = PANEL.HEIGHT, PANEL.LENGTH
+    height, length = HEIGHT, LENGTH
     assert np.ptp(y) > 0.75 * height, "from top to bottom"
     assert np.corrcoef(x, y)[0, 1] < -0.9
     slope, at_middle = np.polyfit(y - height / 2, x - length / 2, 1)
@@ -64,7 +47,7 @@ def check_diagonal(ds: xr.Dataset) -> None:
 
 
 def test_brittle_joints_crack_at_about_what_the_test_carried() -> None:
-    ds, force = push(PANEL.BRITTLE, 1.3e-3, 13)
+    ds, force = push(BRITTLE, 1.3e-3, 13)
     first = int(np.argmax(np.diff(force) < 0))
     assert force[0] == pytest.approx(0.0, abs=1e-3)
     assert 40.0 < force[first] < 60.0
@@ -78,7 +61,7 @@ def test_brittle_joints_crack_at_about_what_the_test_carried() -> None:
 
 @pytest.mark.slow
 def test_the_crack_is_stepped_and_diagonal() -> None:
-    ds, force = push(replace(PANEL.BRITTLE, compressive_strength=CAP), 4e-3, 40)
+    ds, force = push(replace(BRITTLE, compressive_strength=CAP), 4e-3, 40)
     check_diagonal(ds)
     assert 45.0 < force.max() < 65.0
     # balance: what comes in at the top goes somewhere
@@ -92,7 +75,7 @@ def test_the_crack_is_stepped_and_diagonal() -> None:
 
 @pytest.mark.slow
 def test_whole_bricks_lock_and_softening_joints_carry_more() -> None:
-    brittle, soft = (push(joint, 4e-3, 40, bricks_crack=False)[1] for joint in (PANEL.BRITTLE, PANEL.SOFT))
+    brittle, soft = (push(joint, 4e-3, 40, bricks_crack=False)[1] for joint in (BRITTLE, SOFT))
     first = int(np.argmax(np.diff(brittle) < 0))
     assert 45.0 < brittle[first] < 65.0
     assert brittle[-1] > 1.5 * brittle[first], "without a cap, at fixed height, what is whole jams"
@@ -101,7 +84,7 @@ def test_whole_bricks_lock_and_softening_joints_carry_more() -> None:
 
 @pytest.mark.slow
 def test_both_solvers_agree_while_the_order_of_breaking_is_not_chance() -> None:
-    for soft in (PANEL.SOFT, PANEL.SOFT_IN_SHEAR):
+    for soft in (SOFT, SOFT_IN_SHEAR):
         joint = replace(soft, compressive_strength=CAP)
         exact, found = (push(joint, 2e-3, 80, method=method)[1] for method in ("quasi_static", "explicit"))
         np.testing.assert_allclose(found, exact, atol=1.5)
@@ -110,7 +93,7 @@ def test_both_solvers_agree_while_the_order_of_breaking_is_not_chance() -> None:
 
 @pytest.mark.slow
 def test_the_crack_of_joints_that_soften_in_shear_is_diagonal_too() -> None:
-    ds, force = push(replace(PANEL.SOFT_IN_SHEAR, compressive_strength=CAP), 4e-3, 80)
+    ds, force = push(replace(SOFT_IN_SHEAR, compressive_strength=CAP), 4e-3, 80)
     check_diagonal(ds)
     assert 45.0 < force.max() < 65.0
     assert force[-1] < 0.85 * force.max(), "slip has worn off cohesion"

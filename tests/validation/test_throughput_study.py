@@ -22,7 +22,3 @@ def test_what_it_reports_hangs_together(tmp_path: Path) -> None:
     assert 50.0 < row["processor_ms_a_wall"] < 1e3 * row["worker_processor_s"]
     assert 100.0 < row["peak_MB_a_worker"] < 1000.0
     assert row["bytes_a_wall"]["parts"] < 10_000
-    found = module.split(8, tmp_path / "split.dp")
-    assert min(found.values()) > 0.0
-    assert found["path"] == max(found.values())
-    assert found["row of results"] + found["part"] + found["rest"] < 30.0  # one or two on a quiet machine

@@ -21,8 +21,6 @@ NAMES = {
     "explicit": "damagepred, explicit",
     "pymunk": "pymunk",
     "lmgc90": "LMGC90",
-    "openseespy": "OpenSees",
-    "exudyn": "Exudyn",
 }
 RUNS_OF = (("settling", "under its own weight"), ("gap", "the ground dropped under the middle"))
 """Cases that are timed to equilibrium, in words."""

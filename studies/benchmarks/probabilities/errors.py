@@ -55,7 +55,7 @@ def probability(bank: Bank, at: float) -> FloatArray:
 
 
 def write(into: Path, folder: Path, sets: dict[str, list[str]]) -> None:
-    """Read all sets; write data.csv (errors of sampling), floors.csv (of the model) and costs.csv."""
+    """Read all sets; write data.csv (errors of sampling) and floors.csv (of the model)."""
     rows: list[Row] = []
     floors: list[Row] = []
     subset, done = (pd.read_csv(folder / f"{name}.csv") for name in ("subset", "sets"))
@@ -69,7 +69,7 @@ def write(into: Path, folder: Path, sets: dict[str, list[str]]) -> None:
             own = subset[subset["wall"] == wall]
             rows += [{"wall": wall, **row} for row in rare_rows(wall, banks, cost, own)]
     mark = {name: "; ".join(map(str, done[name].unique())) for name in ("version", "date")}
-    for name, table in (("data", rows), ("floors", floors), ("costs", spent.to_dict("records"))):
+    for name, table in (("data", rows), ("floors", floors)):
         cases.write([row | mark for row in table], into / f"{name}.csv")
 
 

@@ -45,10 +45,9 @@ def text(folder: Path) -> str:
         rows.append(row | {"time of random over this": last["gain"]})
     said = "Processor time to a relative error, interpolated between numbers of walls; `<`, `>`: reached with the "
     said += "smallest number, or not with the largest."
-    costs, floors = (pd.read_csv(folder / name) for name in ("costs.csv", "floors.csv"))
-    spent = costs.assign(mean=1e3 * costs["mean"]).pivot_table(index="set", columns="wall", values="mean", sort=False)
+    floors = pd.read_csv(folder / "floors.csv")
     percent = {"difference %": 100 * floors["difference"], "its standard error %": 100 * floors["error"]}
-    parts = [said, markdown(pd.DataFrame(rows)), "Time of a wall of each set, ms:", markdown(spent.reset_index())]
+    parts = [said, markdown(pd.DataFrame(rows))]
     parts += ["Errors of the median that do not decrease with the number of walls:"]
     parts += [markdown(floors.assign(**percent)[["wall", "what", *percent]])]
     return "\n\n".join(parts)

@@ -34,23 +34,7 @@ WALLS = ("window", "joints")
 
 
 class Plan(NamedTuple):
-    """A set of walls.
-
-    Attributes
-    ----------
-    name : str
-        Name of the set.
-    sampler : {"random", "lhs", "sobol"}
-        Sampler of the variables of the whole wall.
-    walls, replicates : int
-        Walls of a replicate, and how many replicates.
-    variant : str
-        Variant of the wall; "" for the wall itself.
-    rare : bool
-        Whether paths end at the small movement.
-    shifted : bool
-        Importance sampling.
-    """
+    """Set of walls: sampler, walls of a replicate, replicates, variant of the wall, whether paths end early."""
 
     name: str
     sampler: str
@@ -62,15 +46,7 @@ class Plan(NamedTuple):
 
 
 class Bank(NamedTuple):
-    """Results of a set: arrays (replicates, walls).
-
-    Attributes
-    ----------
-    lower, upper : array
-        Interval of the movement (m) at which the category is reached; a failed wall counts as not damaged.
-    weight : array
-        Weight of importance sampling.
-    """
+    """Interval of the movement (m) at which the category is reached, and weight: arrays (replicates, walls)."""
 
     lower: FloatArray
     upper: FloatArray

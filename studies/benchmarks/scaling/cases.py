@@ -30,23 +30,7 @@ class Case(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """Cases of one kind.
-
-    Attributes
-    ----------
-    method : {"quasi_static", "explicit"}
-        Solver.
-    sizes : list of float
-        From small to large.
-    dpc : bool
-        Whether the wall has a damp-proof course, along which it separates; without, it cracks.
-    zoned : bool
-        Whether its blocks are deformable.
-    only_weight : bool
-        Whether the path is the equilibrium under dead load alone, by the explicit solver.
-    block : dict, optional
-        Strength of bricks of which some zones yield.
-    """
+    """Solver, sizes, dpc (along which a wall separates), deformable blocks, dead load alone, strength of bricks."""
 
     method: str
     sizes: list[float]

@@ -1,6 +1,6 @@
 """Growth of time and memory of a path with blocks, contacts, zones and increments.
 
-    python studies/benchmarks/scaling/run.py [--only blocks ...] [--limit 100] [--quick] [--output FOLDER]
+    python studies/benchmarks/scaling/run.py [--only blocks ...] [--limit 40] [--quick] [--output FOLDER]
 
 Cases larger than one that exceeded the limit are not run, and both are listed.
 """
@@ -152,7 +152,7 @@ def run_all(cases: list[Case], data: Path, limit: float) -> None:
 
 
 if __name__ == "__main__":
-    options = campaign.options(__doc__, __file__, GROWING, 100.0)
+    options = campaign.options(__doc__, __file__, GROWING, 40.0)
     asked = [case for case in all_cases() if not options.only or case.grows in options.only]
     small = [case for case in asked if case[:2] == ("blocks", "quasi-static, dpc")][:2]
     run_all(small if options.quick else asked, options.output / "data.csv", options.limit)

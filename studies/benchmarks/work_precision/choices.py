@@ -24,19 +24,7 @@ PRESET = {
 
 @dataclass(frozen=True)
 class Choice:
-    """One way to solve a wall.
-
-    Attributes
-    ----------
-    axis, value : str
-        What is varied, and to what: its name.
-    solver : dict
-        Keys of ``[solver]``.
-    increments : int
-        Of the movement.
-    model : bool
-        Whether it changes the model of the wall, and not only how its equations are solved.
-    """
+    """Way to solve a wall: what is varied, to what, keys of ``[solver]``, increments, whether the model changes."""
 
     axis: str
     value: str

@@ -26,7 +26,7 @@ def headline(folder: Path) -> str:
 
 
 def text(folder: Path) -> str:
-    """Return the accuracy of the default, the fastest choices within 1 %, and the presets."""
+    """Accuracy of the default, and of the presets."""
     rows = load(folder / "data.csv")
     lines = with_errors(rows)
     left = rows[rows["status"] != "complete"]
@@ -36,8 +36,6 @@ def text(folder: Path) -> str:
             "*The default, error in %*: against the same equations solved closely / against the finest model "
             "(in brackets its error, where it is more than 1 %; - where there is none).",
             markdown(both(lines)),
-            "*The fastest choice within 1 %* in all quantities whose reference is accurate to 1 %.",
-            markdown(soonest(lines)),
             "*Presets*: worst error against the finest model, in % of quantities that are known to 1 %, x time "
             "over that of `standard`.",
             markdown(presets(lines)),
@@ -65,26 +63,6 @@ def both(lines: pd.DataFrame) -> pd.DataFrame:
     own = own.assign(cell=told, quantity=own["quantity"].map(WORDS))
     found = own.pivot_table(index=["scene", "seconds"], columns="quantity", values="cell", aggfunc="first", sort=False)
     return found.rename_axis(index=["wall", "time, s"], columns=None).reset_index().fillna("")
-
-
-def soonest(lines: pd.DataFrame) -> pd.DataFrame:
-    """Return, wall by wall, the accuracy of the default and the fastest choice within 1 % of each reference."""
-    few = lines["axis"].isin(("increments", "explicit increments")) & lines["value"].isin(("4", "8"))
-    lines, found = lines[~few], []  # as many points of the path as the default
-    for error, name in (("solution", "same equations"), ("model", "finest model")):
-        known = lines.dropna(subset=[error])
-        varies = known.groupby(["scene", "quantity"])[error].transform("max") >= 1e-6
-        default = known[varies & (known["axis"] == "default")]
-        told = default[default[f"{error}_floor"] <= FINE_ENOUGH]
-        fine = worst(lines, error).query("worst <= @FINE_ENOUGH").sort_values("seconds").groupby("scene").first()
-        within = (told[error] <= FINE_ENOUGH).groupby(told["scene"]).agg(["sum", "size"])
-        within = within["sum"].astype(str) + " of " + within["size"].astype(str)
-        own = default.groupby("scene", sort=False)[["seconds"]].first().rename(columns={"seconds": "default, s"})
-        own[f"default within 1 % ({name})"] = within.reindex(own.index).fillna("0 of 0")
-        own[f"fastest ({name})"] = (fine["axis"] + ": " + fine["value"]).reindex(own.index).fillna("none")
-        own[f"its time, s ({name})"] = fine["seconds"].reindex(own.index)
-        found.append(own.set_index("default, s", append=True))
-    return pd.concat(found, axis=1).rename_axis(["wall", "default, s"]).reset_index()
 
 
 def presets(lines: pd.DataFrame) -> pd.DataFrame:

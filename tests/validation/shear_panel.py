@@ -16,8 +16,6 @@ COURSES, MODULE = 16, 0.22
 """Courses between the clamps; a brick with its share of the joints around it (m)."""
 PRELOAD = 0.30e6
 """Vertical preload (Pa)."""
-PEAK_OF_TEST = 50e3
-"""Approximate strength in the test (N)."""
 
 BRITTLE = Joint(normal_stiffness=82e9, shear_stiffness=36e9, tensile_strength=0.25e6, cohesion=0.35e6, friction=0.75)
 SOFT = replace(BRITTLE, fracture_energy=18.0)
@@ -34,15 +32,7 @@ not reached before its tensile strength."""
 
 @dataclass(frozen=True)
 class Panel:
-    """A panel, and its blocks of interest.
-
-    Attributes
-    ----------
-    assembly : Assembly
-        The panel.
-    beam : int
-        The beam on top.
-    """
+    """A panel, and the number of the beam on top."""
 
     assembly: Assembly
     beam: int
