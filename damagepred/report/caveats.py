@@ -15,11 +15,23 @@ from damagepred.formatting import length, number
 from damagepred.report.inputs import unsure
 from damagepred.report.parts import Section, Text
 from damagepred.results.tables import curve_notes
-from damagepred.scene import Scene
+from damagepred.scene import Joint, Scene
 from damagepred.scene.assumed import assumed_ground, assumed_seasons, assumed_slow_strains
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.fragility.describe import median_lower_bound
 from damagepred.uq.fragility.fit import EXTRAPOLATED
+
+
+def slip_law(joint: Joint) -> str:
+    """Law of the cohesion of joints that slip."""
+    if joint.shear_fracture_energy is not None:
+        return (
+            f"Joints that slip lose their cohesion by softening, with {joint.shear_fracture_energy:g} N/m in mode II."
+        )
+    said = (
+        "lose their cohesion at the first slip" if joint.brittle_shear else "keep their cohesion (Eq. 4 of the paper)"
+    )
+    return f"Joints that slip {said}. Real joints lose it over about a millimetre of slip."
 
 
 def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
@@ -43,11 +55,11 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
             said.append("Bricks break upright in the middle alone, and do not crush.")
         else:
             said.append("Bricks neither crack nor crush: cracks run through joints alone.")
-    if scene.joint.fracture_energy is None:
-        said.append(
-            "Bonds break at once when their strength is reached. Small differences decide which joint breaks next, "
-            "and the widest crack with it: single walls are examples, and probabilities need many walls."
-        )
+    bonds = (
+        "Bonds break at once when their strength is reached. Small differences decide which joint breaks next, and the "
+        "widest crack with it: single walls are examples, and probabilities need many walls. "
+    )
+    said.append(("" if scene.joint.fracture_energy else bonds) + slip_law(scene.joint))
     if scene.movement.prescribed:
         said.append(
             "The underside of the wall follows a given form: the wall's weight and stiffness do not change the form of "

@@ -21,21 +21,26 @@ import pandas as pd
 import xarray as xr
 
 from damagepred import Scene, Study, exceedance, open_study, solve
-from damagepred.campaign.settings import StudySettings
 from damagepred.inputs.data_files import data_file
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 VALIDATION = ROOT / "studies" / "validation"
-sys.path.insert(0, str(VALIDATION))
+sys.path[:0] = [str(VALIDATION)]
 
+from facades.run import FACADES, LEVEL, facade_settings  # noqa: E402
 from judging import settings_of  # noqa: E402
 
 from studies.pages import put_in  # noqa: E402
 
 ENERGY, RATIO = 10.0, 10.0
 """Fracture energy of mode I (N/m) where a case has none, and that of mode II over it (data/README.md)."""
-JOINTS = "clay brick, Dutch, 1940s, joints"
+DUTCH = "clay brick, Dutch, 1940s"
+OTHER_SET = {
+    DUTCH: {f"{DUTCH}, joints": "joints of the micro-model"},
+    f"{DUTCH}, joints": {DUTCH: "strengths of a continuum"},
+}
+PROFILE = "one side from 1/2"
 ENDINGS = ("kept", "lost at first slip", "softening")
 LINES = {
     "cohesion over direct tensile strength of beds": ("cohesion_over_tensile_strength", "bed"),
@@ -114,34 +119,47 @@ CASES: dict[str, tuple[Path, str, Callable[[xr.Dataset], str]]] = {
 }
 
 
-def tables_of(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Tables of a case's mean wall, and again with the joints of the micro-model where it is of that masonry."""
-    is_scene = path.parent.name == "data"
-    tables = Scene.from_toml(path).to_dict() if is_scene else StudySettings.from_toml(path).to_dict()["scene"]
-    yield "", tables
-    if tables.get("material") == JOINTS.removesuffix(", joints"):
-        own = {key: value for key, value in tables.items() if key not in ("block", "joint", "head_joint")}
-        yield ", joints of the micro-model", Scene.from_dict(own | {"material": JOINTS}).to_dict()
+def distortion_at(ds: xr.Dataset) -> str:
+    """Angular distortion at which Psi of a facade passes the level, with the kink in the middle."""
+    distortion = 4.0 * ds["deflection_ratio"].values
+    reached = np.interp(LEVEL, np.maximum.accumulate(ds["psi"].values), distortion, right=np.inf)
+    return f"1/{1 / reached:.0f}" if np.isfinite(reached) else f"not by 1/{1 / distortion[-1]:.0f}"
+
+
+def cases() -> Iterator[tuple[str, str, Callable[[xr.Dataset], str], dict[str, Any]]]:
+    """Names, observations, measures and tables of the mean walls; of the Dutch masonry with both sets of strengths."""
+    known: list[tuple[str, str, Callable[[xr.Dataset], str], dict[str, Any]]] = []
+    for name, (path, seen, measure) in CASES.items():
+        read = Scene.from_toml if path.parent.name == "data" else settings_of
+        known.append((name, seen, measure, read(path).to_dict()))
+    for facade in (FACADES[0], FACADES[2], FACADES[5]):
+        tables = facade_settings(facade, PROFILE, 0.01, 20).to_dict()
+        known.append((f"facade {facade.name}, {PROFILE}: Psi {LEVEL} at", "", distortion_at, tables))
+    for name, seen, measure, found in known:
+        tables = found.get("scene", found)
+        yield name, seen, measure, tables
+        for material, text in OTHER_SET.get(tables.get("material", ""), {}).items():
+            own = {key: value for key, value in tables.items() if key not in ("block", "joint", "head_joint")}
+            yield f"{name}, {text}", seen, measure, Scene.from_dict(own | {"material": material}).to_dict()
 
 
 def walls(results: Path) -> Iterator[tuple[str, str, list[str], list[float]]]:
-    """Rows of the mean walls: name, what was seen, results and processor seconds of each ending."""
+    """Rows of the mean walls of elastic bricks: name, what was seen, results and processor seconds of each ending."""
     stored = json.loads(results.read_text()) if results.exists() else {}
-    for name, (path, seen, measure) in CASES.items():
-        for variant, tables in tables_of(path):
-            row, cost = [], []
-            for how in ENDINGS:
-                if (key := f"{name}{variant}: {how}") not in stored:
-                    begun = processor_seconds()
-                    joint = tables["joint"]
-                    scene = Scene.from_dict(tables | {"joint": joint | ending(how, joint)})
-                    text = measure(solve(scene))
-                    stored[key] = [text, processor_seconds() - begun]
-                    print(key, *stored[key], flush=True)
-                    results.write_text(json.dumps(stored, indent=1))
-                row.append(stored[key][0])
-                cost.append(stored[key][1])
-            yield name + variant, seen, row, cost
+    for name, seen, measure, tables in cases():
+        row, cost = [], []
+        for how in ENDINGS:
+            if (key := f"{name}: {how}") not in stored:
+                begun = processor_seconds()
+                joint, solver = tables["joint"], tables["solver"] | {"blocks": "elastic"}
+                scene = Scene.from_dict(tables | {"joint": joint | ending(how, joint), "solver": solver})
+                text = measure(solve(scene))
+                stored[key] = [text, processor_seconds() - begun]
+                print(key, *stored[key], flush=True)
+                results.write_text(json.dumps(stored, indent=1))
+            row.append(stored[key][0])
+            cost.append(stored[key][1])
+        yield name, seen, row, cost
 
 
 def house(folder: Path, count: int) -> tuple[list[str], list[float]]:

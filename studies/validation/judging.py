@@ -14,6 +14,7 @@ import xarray as xr
 from damagepred import Study, open_study
 from damagepred.arrays import FloatArray
 from damagepred.campaign.settings import StudySettings
+from damagepred.inputs.input_files import read_toml
 from studies.pages import put_in
 from studies.validation.scores import cov_interval, coverage, crps, pit
 
@@ -30,8 +31,8 @@ def run_study(settings: StudySettings, folder: Path, samples: int, workers: int)
 
 
 def settings_of(path: Path, **tables: Any) -> StudySettings:
-    """Return the settings of a study file with some of its values changed, by place such as ``scene__solver``."""
-    settings = StudySettings.from_toml(path).to_dict()
+    """Settings of a study file with some of its values changed, by place such as ``scene__solver``."""
+    settings = read_toml(path)
     for place, values in tables.items():
         *way, last = place.split("__")
         target = settings

@@ -19,13 +19,18 @@ sys.path.insert(0, str(HERE.parent))
 
 from judging import case_main, judged, run_study, settings_of  # noqa: E402
 
+BACK = {"stage": [{"load_factor": -1.0, "increments": 12}]}
+"""Push to the left."""
+
 
 def run(folder: Path, samples: int, workers: int) -> tuple[list[dict[str, Any]], str]:
     """Run the wall; return the row of the table, and what else the page says."""
     ds = run_study(settings_of(HERE / "wall.toml"), folder / "wall.dp", samples, workers)
+    back = run_study(settings_of(HERE / "wall.toml", scene__movement=BACK), folder / "back.dp", samples, workers)
     seen = pd.read_csv(HERE / "observed.csv")
     force, crack = (seen.loc[seen.quantity == name, "value"].values for name in ("force", "crack"))
-    rows = [judged("largest load", "kN", 1e-3 * np.nanmax(ds["load_force"].values, axis=1), force)]
+    loads = [1e-3 * np.nanmax(np.abs(one["load_force"].values), axis=1) for one in (ds, back)]
+    rows = [judged("largest load", "kN", 0.5 * (loads[0] + loads[1]), force)]
     moved, widest = 1e3 * ds["load_displacement"].values, 1e3 * ds["crack_width_max"].values
     reached = []
     for width in crack:
@@ -36,7 +41,13 @@ def run(folder: Path, samples: int, workers: int) -> tuple[list[dict[str, Any]],
         for width, at in zip(crack, reached)
         if at
     ]
-    return rows, f"The widest crack reaches a width at a displacement, in the median: {', '.join(said)}."
+    ways = " and ".join(
+        f"{load.mean():.1f} kN to the {way}" for load, way in zip(loads, ("right", "left"), strict=True)
+    )
+    return (
+        rows,
+        f"The wall carries {ways}. The widest crack reaches, to the right, in the median: {', '.join(said)}.",
+    )
 
 
 if __name__ == "__main__":
