@@ -4,16 +4,12 @@ import subprocess
 from pathlib import Path
 from types import SimpleNamespace
 
-import netCDF4
 import numpy as np
 import pytest
-import xarray as xr
 
 from damagepred.archive import provenance
-from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import StudyFolder
-from damagepred.archive.parts import Column, joined, write_part
-from damagepred.archive.schema import dataset
+from damagepred.archive.parts import joined, write_part
 from damagepred.errors import ArchiveWarning
 from tests.archive.test_parts import row
 from tests.synthetic_studies import synthetic_study
@@ -104,50 +100,6 @@ def test_results_of_samples_solved_failed_and_missing(tmp_path: Path) -> None:
     assert not {"damage_category", "run_time"} & set(few.data_vars)
 
 
-def test_encoding_of_variables(tmp_path: Path) -> None:
-    """From 1001 values on they are compressed; whole numbers take four bytes where these do."""
-    size = np.arange(1001)
-    ds = xr.Dataset(
-        {
-            "short": ("a", 0.5 * size[:1000]),
-            "long": ("b", 0.5 * size),
-            "flag": ("b", (size % 3).astype(np.int8)),
-            "whole": ("b", size),
-            "most": ("c", [2**31 - 1]),
-            "large": ("c", [2**31]),
-        },
-        {"b": 0.1 * size, "d": ("c", np.array([1], dtype=np.int8))},
-    )
-    write_dataset(ds, tmp_path / "a.nc")
-    with netCDF4.Dataset(tmp_path / "a.nc") as file:
-        variables = file.variables
-        assert [bool(variables[name].filters()["zlib"]) for name in ("short", "long")] == [False, True]
-        assert variables["long"].filters()["fletcher32"]
-        assert [variables[name].dtype.name for name in ("whole", "most", "large")] == ["int32", "int32", "int64"]
-        assert np.isnan(variables["long"].getncattr("_FillValue"))
-        assert not any("_FillValue" in variables[name].ncattrs() for name in ("b", "d", "flag", "whole"))
-
-
-def test_coordinates_and_attributes_of_a_dataset() -> None:
-    values = {
-        "increment": np.arange(2),
-        "central_deflection": [0.0, 1e-3],
-        "deflection_ratio": [0.0, 1e-4],
-        "surface_movement": [0.0, 2e-3],
-        "unbalanced_force_ratio": [1e-9, 1e-8],
-        "base_reaction": [1.0, 2.0],
-    }
-    ds = dataset(values, {"one": True, "none": None, "zero": np.False_, "text": "a"})
-    assert set(ds.coords) == {"increment", "central_deflection", "deflection_ratio", "surface_movement"}
-    assert {key: ds.attrs.get(key, "left out") for key in ("one", "none", "zero", "text", "Conventions")} == {
-        "one": 1,
-        "none": "left out",
-        "zero": 0,
-        "text": "a",
-        "Conventions": "CF-1.11",
-    }
-
-
 def test_the_commit_is_that_of_the_checkout(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[list[str]] = []
     told = SimpleNamespace(stdout="0123456789ab+\n")
@@ -169,27 +121,6 @@ def test_the_commit_is_that_of_the_checkout(monkeypatch: pytest.MonkeyPatch) -> 
         assert commit() == "unknown"
     monkeypatch.setattr(provenance, "version", lambda name: {"numpy": "1", "scipy": "2", "numba": "3"}[name])
     assert provenance.environment.__wrapped__()["libraries"].split(", ", 1)[1] == "numpy 1, scipy 2, numba 3"
-
-
-def test_environments_of_parts_become_one_table(tmp_path: Path) -> None:
-    """A solved 0 and 5, B solved 2, of 1 nothing is known; rows of each part's own table are those of all then."""
-    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 6))
-    folder.results_file.unlink()
-    a, b = ({**provenance.environment(), "machine": name} for name in "AB")
-    for sample, table, place in ((0, [a], 0), (1, [b], -1), (2, [a, b], 1), (5, [b, a], 1)):
-        one = row(sample, increments=7, openings=0)
-        one["status"].values[:] = 0
-        one["environment"] = Column(("sample",), np.array([place]), provenance.as_table(table))
-        write_part(folder.part_file(sample), one, folder.study_hash)
-    for _ in range(2):  # from the parts, and from the file of all
-        ds = folder.results()
-        table = provenance.from_table(ds["environment"].attrs)
-        found = [table[k]["machine"] if k >= 0 else "?" for k in ds["environment"].values[[0, 1, 2, 5]]]
-        assert (found, table) == (["A", "?", "B", "A"], [a, b])
-        known = provenance.programs(ds)
-        assert known[provenance.program(a)] == 3
-        assert sum(known.values()) == 4
-        folder.consolidate()
 
 
 def test_a_part_that_is_newer_than_a_failure_counts(tmp_path: Path) -> None:

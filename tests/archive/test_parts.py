@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
+from damagepred.archive.parts import Column, Columns, joined, read_part, study_dims, write_part
 from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES, category_attributes
 from damagepred.errors import InputError
 
@@ -75,14 +75,6 @@ def test_some_variables_of_a_part_of_each_version(
         np.testing.assert_array_equal(found["crack_width_worst"].values, values)
     if "newton_iterations" in found:
         np.testing.assert_array_equal(found["newton_iterations"].values, iterations)
-
-
-def test_only_rows_that_are_alike_go_together() -> None:
-    assert alike(row(0), row(1))
-    assert not alike(row(0), row(1, openings=1))
-    without = row(1)
-    del without["cycles"]
-    assert not alike(row(0), without)
 
 
 @pytest.mark.parametrize("kept", [0.01, 0.1, 0.5, 0.9])

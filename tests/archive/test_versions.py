@@ -10,7 +10,6 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.folder import StudyFolder, open_study
-from damagepred.archive.parts import read_part
 from damagepred.archive.schema import SCHEMA_VERSION
 from damagepred.archive.versions import MIGRATIONS, brought_up_to_date
 from damagepred.campaign.status import study_status
@@ -28,21 +27,6 @@ def old(tmp_path: Path) -> Path:
 
 def test_there_is_a_way_from_every_version() -> None:
     assert set(MIGRATIONS) == set(range(1, SCHEMA_VERSION))
-
-
-def test_an_old_study_is_read(old: Path) -> None:
-    assert StudyFolder(old).manifest()["schema_version"] == 1
-    ds = open_study(old)
-    assert ds["status"].values.tolist() == [0, 0, 2]
-    assert np.isfinite(ds["crack_width_max"].values[:2]).all()
-    assert ds.attrs["schema_version"] == SCHEMA_VERSION
-    assert 0 not in ds.sizes.values()
-    assert "opening_width_change" not in ds
-    assert ds["increment"].values.tolist() == list(range(7))
-    assert ds["newton_iterations"].values[:2, 1].tolist() == [183, 269]
-    assert ds["cycles"].values.tolist() == [[0] * 7, [0] * 7, [-1] * 7]
-    part = read_part(old / "parts" / "sample-00000000.nc", ["newton_iterations"])
-    assert set(part) == {"sample", "newton_iterations"}
 
 
 @pytest.mark.parametrize(

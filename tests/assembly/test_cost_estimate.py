@@ -68,15 +68,6 @@ def test_costly_walls_are_refused_before_they_are_built(name: str) -> None:
         tracemalloc.stop()
 
 
-def test_limits_of_a_long_wall_with_fields() -> None:
-    field = {"distribution": "lognormal", "mean": 0.4e6, "cov": 0.3, "field": {"correlation_length": 0.5}}
-    tables = {"scene": {"wall": {"length": 60.0}}, "variables": {"joint.tensile_strength": field}}
-    settings = StudySettings.from_dict(tables)
-    wall_cost(settings.scene).require(Limits())
-    with pytest.raises(InputError, match="correlation of its joints"):
-        Study(settings)
-
-
 @pytest.mark.parametrize("value", [0, -1, math.nan, "4 GB", True, None])
 def test_limits_are_numbers(value: object) -> None:
     with pytest.raises(InputError, match="memory"):

@@ -5,60 +5,11 @@ import pytest
 
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
-from damagepred.assembly.geometry import mass_properties
-from damagepred.assembly.mesh import LANES, cut_into_zones, mesh_of
+from damagepred.assembly.mesh import cut_into_zones, mesh_of
 from damagepred.errors import InputError
 from damagepred.scene import Solver
-from tests.assembly import reference
 
 BRICK = np.array(rectangle(0.0, 0.0, 0.24, 0.075))
-POLYGONS = {
-    "brick": BRICK,
-    "triangle": np.array([(0.0, 0.0), (1.0, 0.0), (0.3, 0.8)]),
-    "hexagon": reference.hexagons(1, 1)[0],
-    "trapezium": np.array([(0.0, 0.0), (1.0, 0.1), (0.8, 0.7), (0.1, 0.5)]),
-    "straight corner": np.array([(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]),
-    "sliver": np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 0.002), (0.0, 0.001)]),
-}
-
-
-@pytest.mark.parametrize("shift", [0.0, 1e4])
-@pytest.mark.parametrize("name", POLYGONS)
-def test_zones_fill_the_block_and_hang_together(name: str, shift: float) -> None:
-    polygon = POLYGONS[name] + shift
-    size = 0.4 * np.ptp(polygon, axis=0).max()
-    mesh = mesh_of([polygon], {0: size})
-    assert mesh is not None
-    assert (mesh.zone_area > 0).all()
-    assert mesh.zone_area.sum() == pytest.approx(mass_properties(polygon)[0], rel=1e-9)
-    # each inner edge belongs to two zones, each outer one is a facet (Euler: one piece, no hole)
-    edges = np.sort(mesh.zones[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    kinds, uses = np.unique(edges, axis=0, return_counts=True)
-    assert uses.max() <= 2
-    assert (uses == 1).sum() == len(mesh.facets)
-    assert mesh.x.size - len(kinds) + len(mesh.zones) == 1
-    # facets go round counter-clockwise, and no edge is longer than asked
-    x, y = mesh.x[mesh.facets] - shift, mesh.y[mesh.facets] - shift
-    assert 0.5 * (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]).sum() == pytest.approx(mesh.zone_area.sum(), rel=1e-7)
-    assert np.hypot(np.diff(x), np.diff(y)).max() <= size * (1 + 1e-9)
-
-
-def test_zones_of_a_brick_are_their_own_mirror_image() -> None:
-    _, points = cut_into_zones(BRICK, 0.04)
-    mirrored = points * [-1, 1] + [0.24, 0.0]
-    assert {tuple(p) for p in np.round(points, 9)} == {tuple(p) for p in np.round(mirrored, 9)}
-
-
-def test_blocks_of_one_pattern_stand_side_by_side() -> None:
-    bricks = [BRICK + np.array([0.24 * i, 0.0]) for i in range(11)] + [np.array(rectangle(0, 1, 0.12, 1.075))]
-    mesh = mesh_of(bricks, dict.fromkeys(range(12), 0.03))
-    assert mesh is not None
-    assert len(mesh.patterns) == 2
-    assert np.bincount(mesh.batch).tolist() == [LANES, 3, 1]
-    every = np.concatenate((mesh.dof_x, mesh.dof_y))
-    assert len(np.unique(every)) == len(every)  # nobody shares a place
-    assert every.max() < mesh.size
-    assert every.min() == 3 * (12 + 1)
 
 
 def test_interfaces_of_deformable_blocks_join_pieces_of_facets() -> None:

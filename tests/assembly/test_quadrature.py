@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from damagepred.assembly import Assembly, wall_model
+from damagepred.assembly import Assembly
 from damagepred.assembly.quadrature import quadrature
-from damagepred.enumerations import ContactKind
-from damagepred.scene import ControlJoint, Dpc, Joint, Movement, Scene, Solver, Wall
+from damagepred.scene import Joint, Solver
 
 # Abramowitz and Stegun, table 25.6: abscissas on [-1, 1] and weights that sum to 2
 LOBATTO = {
@@ -53,66 +52,3 @@ def test_elastic_joint_is_exact_from_three_points_on(contacts: int):
     rotational, normal = rotational_stiffness(contacts, "lobatto", b, t)
     assert rotational == pytest.approx(5e9 * t * b**3 / 12, rel=1e-13)
     assert normal == pytest.approx(5e9 * t * b, rel=1e-13)
-
-
-def test_nine_midpoints_are_an_eightieth_off():
-    b, t = 0.24, 0.11
-    rotational, _ = rotational_stiffness(9, "midpoint", b, t)
-    assert 1 - rotational / (5e9 * t * b**3 / 12) == pytest.approx(1 / 81, rel=1e-9)
-
-
-DRY = Joint(tensile_strength=0.0, cohesion=0.0)
-SMALL = Wall(length=1.2, height=0.45)
-
-
-def kinds_cut(scene: Scene) -> set[ContactKind]:
-    """Return the kinds of interface that no longer are the whole common edge of two blocks."""
-    face = wall_model(scene).interfaces
-    edge = np.stack((face.block_a, face.block_b, face.kind), axis=1)
-    _, number, count = np.unique(edge, axis=0, return_inverse=True, return_counts=True)
-    return {ContactKind(k) for k in face.kind[(count > 1)[number.ravel()]]}
-
-
-@pytest.mark.parametrize(
-    ("parts", "expected"),
-    {
-        "bonded": ({}, set()),
-        "dpc": ({"dpc": Dpc()}, {ContactKind.DPC}),
-        "dry": ({"joint": DRY}, {ContactKind.BED_JOINT, ContactKind.HEAD_JOINT, ContactKind.FOOTING_INTERFACE}),
-        "no strength at the apex": (
-            {"joint": Joint(cohesion=0.0)},
-            {ContactKind.BED_JOINT, ContactKind.HEAD_JOINT, ContactKind.FOOTING_INTERFACE},
-        ),
-        "dpc with a bond in shear that breaks": ({"dpc": Dpc(cohesion=1e5)}, set()),
-        "soil": ({"movement": Movement(shape="mound")}, {ContactKind.SOIL}),
-        "control joint": ({"control_joint": (ControlJoint(x=0.6, width=0.01),)}, set()),
-        "other quadrature": ({"dpc": Dpc(), "solver": Solver(contacts_per_interface=5)}, set()),
-        "asked for": (
-            {"dpc": Dpc(), "solver": Solver(quadrature="midpoint", no_tension_subdivisions=2)},
-            {ContactKind.DPC},
-        ),
-        "refused": ({"dpc": Dpc(), "solver": Solver(no_tension_subdivisions=1)}, set()),
-    }.values(),
-)
-def test_interfaces_without_a_bond_are_cut_and_no_others(parts: dict, expected: set[ContactKind]):
-    given = {"wall": SMALL, "movement": Movement(central_deflection=1e-4), **parts}
-    assert kinds_cut(Scene(**given)) == expected
-
-
-def test_a_cut_interface_is_the_same_elastic_joint():
-    b, t, k = 0.24, 0.11, 5e9
-    wall = Assembly(thickness=t, joint=Joint(normal_stiffness=k, tensile_strength=0.0, cohesion=0.0))
-    wall.add_block([(0, 0), (b, 0), (b, 0.1), (0, 0.1)])
-    wall.add_block([(0, 0.1), (b, 0.1), (b, 0.2), (0, 0.2)])
-    model = wall.build(Solver(lump_block_elasticity=False))
-    face = model.interfaces
-    assert len(face.x) == Solver().no_tension_parts > 1
-    assert len(np.unique(face.joint)) == 1  # one joint of mortar
-    at = face.x[:, None] + face.normal_y[:, None] * face.contact_offset
-    stiffness = model.properties.normal_stiffness[:, None] * face.contact_area
-    for degree, exact in ((0, k * t * b), (1, 0.0), (2, k * t * b**3 / 12)):
-        assert (stiffness * (at - b / 2) ** degree).sum() == pytest.approx(exact, rel=1e-13, abs=1e-6 * k * t * b**3)
-    np.testing.assert_array_equal([at.min(), at.max()], [0.0, b])  # the ends are seen to open first
-    places, count = np.unique(np.round(at, 12), return_counts=True)
-    assert len(places) == 2 * len(face.x) + 1
-    np.testing.assert_array_equal(count[1:-1], [1, 2] * (len(face.x) - 1) + [1])

@@ -237,29 +237,6 @@ def test_interrupts_are_counted() -> None:
         stop(2, None)
 
 
-@pytest.mark.quick_cases("signs")
-@pytest.mark.parametrize("importance", [{}, {"joint.friction": {"shift": -0.5}}], ids=["as stated", "importance"])
-@pytest.mark.parametrize("sampler", ["sobol", "lhs", "random"])
-@pytest.mark.parametrize("rho", [-0.9, -0.3, 0.9])
-@pytest.mark.parametrize("turned", [False, True])
-def test_a_correlation_is_drawn_with_its_sign(
-    rho: float, sampler: str, importance: dict[str, Any], turned: bool
-) -> None:
-    """Of values of a wall, weighted where they are drawn otherwise, and of values of joints, in either order."""
-    wall, joint = ("joint.friction", "movement.central_deflection"), ("joint.tensile_strength", "joint.cohesion")
-    pairs = [pair[::-1] if turned else pair for pair in (wall, joint)]
-    tables = {"correlation": {a: {b: rho} for a, b in pairs}}
-    if rho > 0:
-        tables["correlation"][pairs[1][0]][pairs[1][1]] = 0.9
-    design = settings(tables, sampler=sampler, importance=importance).design()
-    weight = design.weights(2000)
-    drawn = design.wall_values(2000)
-    found = np.cov([drawn[a] for a in wall], aweights=weight)
-    assert found[0, 1] / np.sqrt(found[0, 0] * found[1, 1]) == pytest.approx(rho, abs=0.1)
-    fields = design.joint_values(0, np.full(2000, -1))
-    assert np.corrcoef(fields[joint[0]], fields[joint[1]])[0, 1] == pytest.approx(rho, abs=0.1)
-
-
 def test_a_design_by_its_columns() -> None:
     study = Study(settings(samples=5, seed=3, importance={"joint.friction": {"shift": -1.0}}))
     ds = study.design_dataset(5)

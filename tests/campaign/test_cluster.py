@@ -7,14 +7,14 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from damagepred.archive.folder import StudyFolder
-from damagepred.campaign.dispatch import GivenExecutor, connect_dask_scheduler
+from damagepred.campaign.dispatch import connect_dask_scheduler
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study, open_study
 from tests.campaign.test_run import same, settings
@@ -28,33 +28,11 @@ def serial(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-class Forgetful(Executor):
-    """Does the work, and then loses the answer of every other task; all that it shares with others is ``submit``."""
-
-    def __init__(self) -> None:
-        self.thread, self.count = ThreadPoolExecutor(1), 0
-
-    def submit(self, function: Any, /, *arguments: Any, **more: Any) -> Future:  # type: ignore[override]
-        self.count += 1
-        answer = self.thread.submit(function, *arguments, **more)
-        if self.count % 2:
-            return answer
-        lost: Future = Future()
-        answer.add_done_callback(lambda _: lost.set_exception(ConnectionError("the scheduler has gone away")))
-        return lost
-
-
 def test_workers_without_access_to_the_folder(tmp_path: Path) -> None:
     from damagepred.campaign.sample import run_batch
 
     with pytest.raises(StudyError, match="need a shared file system"):
         run_batch(str(tmp_path / "elsewhere.dp"), [(0, {})])
-
-
-def test_width_is_what_an_executor_tells() -> None:
-    with ThreadPoolExecutor(3) as executor:
-        assert GivenExecutor("", executor).width == 3
-    assert GivenExecutor("", Forgetful()).width == 8
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "nowhere.json"])

@@ -5,9 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damagepred import Study, open_study
 from damagepred.campaign import cost_estimate
-from damagepred.campaign.campaign import Progress
 from damagepred.campaign.cost_estimate import estimate_cost
 from damagepred.cli.sentences import cost_lines
 
@@ -34,19 +32,6 @@ def test_timing_ends_with_its_limit_and_other_movements_take_one_wall(tmp_path: 
     found = estimate_cost(tmp_path / "once.toml")
     assert len(found.timed) == 1
     assert "on average" not in cost_lines(found)[3]
-
-
-@pytest.mark.thorough
-def test_the_time_left_follows_from_the_times_of_the_walls_alone(tmp_path: Path) -> None:
-    """Neither the compilation of the kernels nor the start of the workers counts."""
-    (tmp_path / "once.toml").write_text(WALL + SCATTER)
-    seen: list[Progress] = []
-    Study.from_toml(tmp_path / "once.toml").run(tmp_path / "once.dp", on_progress=seen.append)
-    times = open_study(tmp_path / "once.dp")["run_time"].values
-    assert [state.done for state in seen] == [0, 1, 2, 3]
-    assert np.isnan(seen[0].seconds_left)
-    expected = [times[0] * 2, times[:2].mean(), 0.0]
-    assert [state.seconds_left for state in seen[1:]] == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(("timed", "expected"), [((1.4, 0.2), 0.2), ((6.0, 1.5), 1.5), ((25.0,), 25.0)])

@@ -19,7 +19,7 @@ from damagepred.archive.provenance import environment
 from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.status import study_status
-from damagepred.errors import InputError, StudyError
+from damagepred.errors import StudyError
 from damagepred.study import Progress, Study
 from tests.campaign.test_run import settings
 from tests.conftest import SMALL_STUDY
@@ -52,20 +52,6 @@ def test_the_design_is_there_before_any_part_and_the_folder_reads_while_it_runs(
     assert seen[0] == (0, 0)
     assert [reported for reported, _ in seen] == list(range(7))
     assert all(there >= reported for reported, there in seen), "what is acknowledged is there"
-
-
-def test_a_design_records_the_joints_of_as_many_walls_as_is_sensible(monkeypatch: pytest.MonkeyPatch) -> None:
-    from damagepred.campaign import campaign as module
-
-    study = Study(settings())
-    places = set(study.design.joint)
-    stored = study.design_dataset(3)
-    assert places <= set(stored.data_vars)
-    values = sum(stored[place].size for place in places)
-    monkeypatch.setattr(module, "MOST_VALUES", values)
-    assert places <= set(study.design_dataset(3).data_vars)
-    monkeypatch.setattr(module, "MOST_VALUES", values - 1)
-    assert not places & set(study.design_dataset(3).data_vars)
 
 
 def test_the_lock_of_a_killed_writer_is_no_hindrance(done: Path) -> None:
@@ -120,13 +106,6 @@ def test_replay_is_bit_for_bit_with_any_solver_and_fields(tmp_path: Path, kind: 
         row = part["sample"].values.tolist().index(sample)
         for name in ("crack_width_max", "external_work", "newton_iterations", "unbalanced_force_ratio"):
             np.testing.assert_array_equal(ds[name].values, part[name].values[row][: ds.sizes["increment"]])
-
-
-@pytest.mark.parametrize("beside", [-1, 0])
-def test_a_sample_beside_the_last_or_first_is_refused(done: Path, beside: int) -> None:
-    count = StudyFolder(done).design().sizes["sample"]
-    with pytest.raises(InputError, match=rf"has samples 0 to {count - 1}\.$"):
-        replay(done, beside if beside < 0 else count)
 
 
 COMMITTED = environment() | {"damagepred_commit": "0123456789ab"}
@@ -188,16 +167,6 @@ def without_environment(row: Callable[..., Columns]) -> Callable[..., Columns]:
         return columns
 
     return older
-
-
-def test_failures_that_came_to_a_result_after_all_count_as_solved(done: Path, tmp_path: Path) -> None:
-    """A worker given up too early may have written its part all the same."""
-    import shutil
-
-    folder = StudyFolder(shutil.copytree(done, tmp_path / "study.dp"))
-    folder.results_file.unlink()
-    folder.record_failure(1, "timeout", "took long", {})
-    assert folder.results()["status"].values.tolist() == [0] * 6
 
 
 def without_rights(folder: str, answer) -> None:

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
@@ -99,37 +98,3 @@ def test_curves_of_a_mound_s_study_are_against_the_movement_of_its_surface(mound
 def test_a_study_without_mounds_has_no_movement_of_a_surface(jacks: Path) -> None:
     with pytest.raises(InputError, match="no variable 'surface_movement' with values; it has central_deflection"):
         fit_fragility(open_study(jacks), intensity="surface_movement")
-
-
-def test_a_wall_on_jacks_is_known_up_to_the_limit_of_its_rig_and_no_further(jacks: Path) -> None:
-    ds = open_study(jacks)
-    limit = ds["limit_deflection"].values
-    assert (ds["status"].values == 0).all()  # nothing failed
-    assert ((limit > 0) & (limit < 30e-3)).all()
-    known = np.isfinite(ds["central_deflection"].values)
-    assert (known.sum(axis=1) < ds.sizes["increment"]).all()
-    assert np.nanmax(ds["central_deflection"].values, axis=1) == pytest.approx(limit, rel=1e-9)
-    assert ((ds["damage_category"].values >= 0) == known).all()
-    assert (np.isfinite(ds["crack_width_max"].values) == known).all()
-
-
-def test_fits_take_a_wall_at_the_limit_of_its_rig_as_censored_there(jacks: Path) -> None:
-    ds = open_study(jacks)
-    highest = int(ds["damage_category"].max())
-    bounds = capacities(ds, highest + 1)
-    assert np.isinf(bounds.upper).all()
-    assert bounds.lower == pytest.approx(ds["limit_deflection"].values, rel=1e-9)
-    assert not bounds.failed.any()
-
-
-def test_a_deflection_that_falls_again_gives_no_empty_interval() -> None:
-    both = ("sample", "increment")
-    ds = xr.Dataset(
-        {
-            "damage_category": (both, np.array([[0, 0, 0, 1]], dtype=np.int8)),
-            "status": ("sample", np.zeros(1, dtype=np.int8)),
-            "central_deflection": (both, np.array([[1.0, 4.0, 2.0, 3.0]])),
-        }
-    )
-    bounds = capacities(ds, 1)
-    assert (bounds.lower[0], bounds.upper[0]) == (4.0, 4.0)

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.study import Study, open_study
@@ -75,27 +74,6 @@ def test_paths_to_different_surface_movements_agree_where_both_are_known(long_an
         values = [ds[name].values[:, : short.sizes["increment"]] for ds in (long, short)]
         np.testing.assert_allclose(*values, rtol=0, atol=NEAR, err_msg=name)
     assert short["crack_width_max"].values.max() > 1e-5
-
-
-def test_capacities_agree_and_a_wall_is_censored_at_the_end_of_its_own_path(long_and_short: tuple[Path, Path]) -> None:
-    long, short = (open_study(folder) for folder in long_and_short)
-    some_reached = some_not = False
-    for category in (1, 2, 3):
-        further, censored = (capacities(ds, category, "surface_movement") for ds in (long, short))
-        reached = np.isfinite(censored.upper)
-        np.testing.assert_allclose(further.upper[reached], censored.upper[reached], rtol=1e-12)
-        np.testing.assert_allclose(censored.lower[~reached], 4 * STEP, rtol=1e-12)
-        assert (further.upper[~reached] > 4 * STEP).all()
-        some_reached, some_not = some_reached or reached.any(), some_not or (~reached).any()
-    assert some_reached
-    assert some_not
-
-
-def test_a_replayed_wall_is_the_wall_of_the_smaller_movement_on_its_way(long_and_short: tuple[Path, Path]) -> None:
-    on_its_way, at_its_end = (replay(folder, 2)[0] for folder in long_and_short)
-    for name in ("block_displacement_y", "contact_opening"):
-        there, end = on_its_way[name].values[4], at_its_end[name].values[-1]
-        np.testing.assert_allclose(there, end, rtol=0, atol=NEAR, err_msg=name)
 
 
 def test_paths_of_versions_that_scaled_the_final_mound_are_not_read_in_between(

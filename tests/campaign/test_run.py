@@ -9,7 +9,7 @@ import xarray as xr
 
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder
-from damagepred.assembly import wall_geometry, wall_model
+from damagepred.assembly import wall_geometry
 from damagepred.campaign.replay import replay
 from damagepred.campaign.sample import sampled_wall
 from damagepred.campaign.settings import StudySettings
@@ -39,67 +39,6 @@ def serial(tmp_path_factory: pytest.TempPathFactory) -> Path:
     summary = Study(settings()).run(folder, workers=1)
     assert (summary.total, summary.done, summary.failed, summary.interrupted) == (6, 6, 0, False)
     return folder
-
-
-@pytest.mark.worker_processes
-def test_two_workers_give_the_same_bits(serial: Path, tmp_path: Path) -> None:
-    Study(settings()).run(tmp_path / "two.dp", workers=2)
-    same(open_study(serial), open_study(tmp_path / "two.dp"))
-
-
-def test_any_executor_gives_the_same_bits(serial: Path, tmp_path: Path) -> None:
-    with ThreadPoolExecutor(2) as executor:
-        Study(settings()).run(tmp_path / "threads.dp", executor=executor)
-    same(open_study(serial), open_study(tmp_path / "threads.dp"))
-
-
-def test_extending_keeps_samples_and_adds_those_of_a_larger_run(serial: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "grown.dp"
-    with ThreadPoolExecutor(2) as executor:
-        Study(settings()).run(folder, samples=2, executor=executor)
-        before = {p.name: p.read_bytes() for p in StudyFolder(folder).parts.glob("*.nc")}
-        assert len(before) == 2
-        Study(settings()).run(folder, samples=6, executor=executor)
-    for name, content in before.items():
-        assert (StudyFolder(folder).parts / name).read_bytes() == content
-    same(open_study(serial), open_study(folder))
-
-
-def test_a_lost_part_and_a_lost_summary_are_made_again(serial: Path, tmp_path: Path) -> None:
-    import shutil
-
-    folder = StudyFolder(shutil.copytree(serial, tmp_path / "hurt.dp"))
-    lost = folder.part_of(3)
-    assert lost is not None
-    gone = np.isin(np.arange(6), folder.part_files()[lost])
-    assert 0 < gone.sum() < 6
-    lost.unlink()
-    folder.results_file.unlink()
-    ds = folder.results()
-    np.testing.assert_array_equal(ds["status"].values, 3 * gone)
-    assert np.isnan(ds["crack_width_max"].values[gone]).all()
-    assert (ds["damage_category"].values[gone] == -1).all()
-    assert np.isfinite(ds["crack_width_max"].values[~gone, 0]).all()
-    with ThreadPoolExecutor(1) as executor:
-        Study(settings()).run(folder.path, executor=executor)
-    same(open_study(serial), open_study(folder.path))
-
-
-def test_replay_gives_the_archived_sample_with_all_fields(serial: Path) -> None:
-    ds, comparison = replay(serial, 4)
-    assert comparison == "bit for bit equal to sample 4 of the archive"
-    assert ds.attrs["title"] == f"{open_study(serial).attrs['title']}: sample 4"
-    archived = open_study(serial).isel(sample=4)
-    steps = ds.sizes["increment"]
-    np.testing.assert_array_equal(ds["crack_width_max"].values, archived["crack_width_max"].values[:steps])
-    assert {"contact_opening", "block_rotation", "contact_state"} <= set(ds.data_vars)
-    # its joints have the strengths that the design recorded
-    design = read_dataset(StudyFolder(serial).design_file)
-    strength = design["joint.tensile_strength"].values[4][ds["contact_joint"].values]
-    cohesion = design["joint.cohesion"].values[4][ds["contact_joint"].values]
-    apex = cohesion / float(design["joint.friction"].values[4])
-    np.testing.assert_allclose(ds["contact_tensile_strength"].values, np.minimum(strength, apex), rtol=1e-14)
-    np.testing.assert_array_equal(ds["contact_cohesion"].values, cohesion)
 
 
 def test_replay_of_an_unknown_sample_is_refused(serial: Path) -> None:
@@ -190,39 +129,6 @@ def test_a_failed_sample_is_recorded_and_the_others_continue(tmp_path: Path, mon
         again = Study(settings()).run(folder.path, samples=3, executor=executor, retry_failed=True)
     assert (again.done, again.failed) == (3, 0)
     assert (folder.results()["status"].values == 0).all()
-
-
-def test_threads_may_write_and_read_at_once(tmp_path: Path) -> None:
-    """The HDF5 library itself crashes then."""
-    from damagepred.archive.files import write_dataset
-    from damagepred.archive.schema import dataset
-
-    def write_and_read(number: int) -> int:
-        ds = dataset({"increment": np.arange(50), "base_reaction": np.full(50, float(number))}, {})
-        for _ in range(10):
-            write_dataset(ds, tmp_path / f"{number}.nc")
-            assert (read_dataset(tmp_path / f"{number}.nc")["base_reaction"].values == number).all()
-        return number
-
-    with ThreadPoolExecutor(4) as executor:
-        assert list(executor.map(write_and_read, range(8))) == list(range(8))
-
-
-def test_the_shear_fracture_energy_may_vary_from_joint_to_joint() -> None:
-    text = SMALL_STUDY.replace("[scene.joint]", "[scene.joint]\nfracture_energy = 10.0\nshear_fracture_energy = 100.0")
-    table = (
-        '[variables."joint.shear_fracture_energy"]\ndistribution = "lognormal"\nmean = 100.0\ncov = 0.1\n'
-        "field = { course_correlation = 0.3 }\n"
-    )
-    study = settings(text.replace("[correlation]", f"{table}\n[correlation]"))
-    design = study.design()
-    values = {place: column[1] for place, column in design.wall_values(4).items()}
-    scene, fields = sampled_wall(study, design, 1, values)
-    law, joint = wall_model(scene, fields).properties, wall_geometry(scene).interfaces.joint
-    energy = fields["joint.shear_fracture_energy"][joint]
-    softens = law.critical_slip > 0.0
-    assert softens.sum() > 50
-    np.testing.assert_allclose(law.critical_slip[softens], (2.0 * energy / law.cohesion)[softens], rtol=1e-12)
 
 
 def test_strength_and_energy_of_bricks_may_be_uncertain(tmp_path: Path) -> None:

@@ -4,15 +4,13 @@ import os
 import signal
 import time
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from damagepred import Study, open_study
-from damagepred.campaign import campaign
-from damagepred.campaign.dispatch import Batches, DispatchOptions, LostSample, run_all
+from damagepred.campaign.dispatch import Batches, LostSample, run_all
 from damagepred.campaign.sample import Outcome
 from damagepred.campaign.workers import LocalPool, PoolOptions, SharedPool
 from damagepred.errors import StudyError
@@ -36,21 +34,6 @@ def troubled(folder: str, batch: Batch) -> list[Outcome]:
             raise RuntimeError("no memory for this one")
         found.append(Outcome(sample, 0, values["x"], os.environ["OPENBLAS_NUM_THREADS"]))
     return found
-
-
-def moody(folder: str, batch: Batch) -> list[Outcome]:
-    """Die, hang or fail at the first attempt only; a file in the folder records the attempt."""
-    for sample, _ in batch:
-        note = Path(folder) / str(sample)
-        if not note.exists():
-            note.touch()
-            if sample % 4 == 1:
-                os.kill(os.getpid(), signal.SIGKILL)
-            if sample % 4 == 2:
-                os.kill(os.getpid(), signal.SIGSTOP)
-            if sample % 4 == 3:
-                raise RuntimeError("once")
-    return [Outcome(sample, 0, 1e-3) for sample, _ in batch]
 
 
 def stillborn(folder: str) -> None:
@@ -84,17 +67,6 @@ def test_the_others_survive() -> None:
 
 
 @pytest.mark.thorough
-def test_lost_samples_are_tried_again(tmp_path: Path) -> None:
-    """Killed workers, stopped workers, lost answers: each sample has its result."""
-    pool = LocalPool(str(tmp_path), workers=2, timeout=0.5, task=moody, ready=at_once)
-    try:
-        results = list(run_all(pool, str(tmp_path), Batches(tasks(4), 4), never))
-    finally:
-        pool.kill()
-    assert sorted(r.sample for r in results if isinstance(r, Outcome)) == list(range(4))
-
-
-@pytest.mark.thorough
 def test_workers_ignore_interrupts_while_they_load_the_program() -> None:
     pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once, preload=True)
     try:
@@ -106,44 +78,6 @@ def test_workers_ignore_interrupts_while_they_load_the_program() -> None:
         assert pool.processes == first
     finally:
         pool.kill()
-
-
-@pytest.mark.thorough
-def test_a_study_starts_no_more_workers_than_walls(
-    small_study_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    widths: list[int] = []
-
-    def pool(folder: str, width: int, *rest: Any, **how: Any) -> LocalPool:
-        widths.append(width)
-        return LocalPool(folder, width, *rest, **how)
-
-    monkeypatch.setattr(campaign, "LocalPool", pool)
-    study = Study.from_toml(small_study_file)
-    study.run(tmp_path / "a.dp", samples=1, workers=32)
-    study.run(tmp_path / "a.dp", samples=2, workers=32)
-    assert widths == [1, 1]
-
-
-def test_workers_end_if_the_design_cannot_be_drawn(
-    small_study_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pools: list[LocalPool] = []
-
-    def pool(*arguments: Any, **how: Any) -> LocalPool:
-        pools.append(LocalPool(*arguments, **how))
-        return pools[-1]
-
-    def refuse(*_: Any) -> None:
-        assert not pools[0]._over(), "workers load the program meanwhile"
-        raise StudyError("no such design")
-
-    monkeypatch.setattr(campaign, "LocalPool", pool)
-    monkeypatch.setattr(campaign.Campaign, "_prepare", refuse)
-    with pytest.raises(StudyError, match="no such design"):
-        Study.from_toml(small_study_file).run(tmp_path / "a.dp", workers=2)
-    assert pools[0]._over()
-    assert not pools[0].processes
 
 
 @pytest.mark.thorough
@@ -196,68 +130,7 @@ time.sleep(60)
         time.sleep(0.1)  # until the test takes too long
 
 
-class Threads:
-    """An engine of threads, for tests without processes."""
-
-    width = 2
-
-    def __init__(self, task) -> None:
-        self.executor, self.task = ThreadPoolExecutor(2), task
-
-    def submit(self, batch: Batch) -> Future:
-        return self.executor.submit(self.task, "", batch)
-
-    def close(self) -> None:
-        self.executor.shutdown()
-
-    kill = terminate = close
-
-
-def test_draining_waits_for_running_samples_and_starts_no_others() -> None:
-    started: list[int] = []
-
-    def slow(folder: str, batch: Batch) -> list[Outcome]:
-        started.extend(sample for sample, _ in batch)
-        time.sleep(0.2)
-        return [Outcome(sample, 0, 60.0) for sample, _ in batch]
-
-    engine, seen = Threads(slow), []
-    results = run_all(engine, "", Batches(tasks(50), 50), lambda: int(len(seen) >= 2))
-    seen.extend(result.sample for result in results)
-    engine.close()
-    assert 2 <= len(seen) < 10
-    assert sorted(seen) == sorted(started)
-
-
 # -- batches ----------------------------------------------------------------------------------------------------------
-
-
-def numbers(batch: Batch | None) -> list[int]:
-    return [sample for sample, _ in batch or ()]
-
-
-def test_batches_hold_samples_that_follow_each_other() -> None:
-    batches = Batches([(i, {}) for i in (0, 1, 4, 5, 6, 7, 9)], 7)
-    assert numbers(batches.next()) == [0]  # nothing is known yet of what one takes
-    batches.note(DispatchOptions.shortest_batch / 3.0)
-    assert [numbers(batches.next()) for _ in range(5)] == [[1], [4, 5, 6], [7], [9], []]
-
-
-@pytest.mark.parametrize(
-    ("seconds", "count", "timeout", "size"),
-    [
-        (60.0, 100, None, 1),
-        (0.01, 1000, None, round(DispatchOptions.shortest_batch / 0.01)),
-        (0.5, 10 * DispatchOptions.most_parts, None, 10),  # as many files as a folder is to hold
-        (1.0, 10**6, None, int(DispatchOptions.longest_batch)),
-        (0.01, 1000, 0.4, 10),  # well within what one sample may take
-        (0.5, 1000, 0.4, 1),
-    ],
-)
-def test_size_of_batches(seconds: float, count: int, timeout: float | None, size: int) -> None:
-    batches = Batches([], count, timeout)
-    batches.note(seconds)
-    assert batches.size() == pytest.approx(size, abs=1)
 
 
 @pytest.mark.thorough

@@ -158,34 +158,6 @@ def test_bad_study(name: str, command: Run, tmp_path: Path) -> None:
     assert not (tmp_path / "out.dp").exists()
 
 
-def test_missing_file_with_the_nearest_name(command: Run, tmp_path: Path) -> None:
-    (tmp_path / "wall.toml").write_text(GOOD)
-    one_message(command("solve", tmp_path / "wal.toml"), ["no such file", "'wall.toml'"])
-
-
-def test_unreadable_toml(command: Run, tmp_path: Path) -> None:
-    (tmp_path / "wall.toml").write_text("[wall\nlength = 6")
-    one_message(command("solve", tmp_path / "wall.toml"), ["not valid TOML", "line 1"])
-    (tmp_path / "wall.toml").write_bytes(b"\xff\xfe\x00[wall]")
-    one_message(command("solve", tmp_path / "wall.toml"), ["not a text file"])
-    one_message(command("solve", tmp_path), ["is a folder"])
-
-
-def test_no_place_to_write(command: Run, tmp_path: Path) -> None:
-    (tmp_path / "wall.toml").write_text(GOOD)
-    (tmp_path / "file").write_text("precious")
-    one_message(
-        command("solve", tmp_path / "wall.toml", "-o", tmp_path / "nowhere" / "wall.nc"), ["does not exist", "wall.nc"]
-    )
-    one_message(
-        command("solve", tmp_path / "wall.toml", "--plot", tmp_path / "file" / "pictures"), ["cannot be written"]
-    )
-    (tmp_path / "study.toml").write_text(STUDY)
-    one_message(command("study", tmp_path / "study.toml", "-o", tmp_path / "file" / "out.dp"), ["cannot be written"])
-    one_message(command("study", tmp_path / "study.toml", "-o", tmp_path / "file"), ["-o"])
-    assert (tmp_path / "file").read_text() == "precious"
-
-
 def test_a_folder_that_cannot_be_written(command: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No permission, as the system reports it, for a super-user may write all."""
     import os
@@ -247,12 +219,6 @@ def test_not_a_study_folder(command: Run, tmp_path: Path) -> None:
         one_message(command(name, tmp_path / "none.dp"), ["no such study folder"])
         one_message(command(name, tmp_path), ["not a study folder"])
     one_message(command("replay", tmp_path, 1), ["not a study folder"])
-
-
-def test_not_a_result(command: Run, tmp_path: Path) -> None:
-    (tmp_path / "wall.nc").write_text("no netCDF at all")
-    one_message(command("plot", tmp_path / "wall.nc", "-o", tmp_path / "p"), ["not a readable netCDF"])
-    one_message(command("plot", tmp_path / "other.nc", "-o", tmp_path / "p"), ["no such file"])
 
 
 def test_a_movement_has_a_unit_and_a_category_is_one_of_the_table(command: Run, tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred.archive.cautions import energy_shares, study_cautions, wall_cautions
+from damagepred.archive.cautions import study_cautions, wall_cautions
 from damagepred.archive.folder import open_study
 from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import ContactKind, ContactState
@@ -32,20 +32,6 @@ TOO_LITTLE = "fracture_energy = 5.0\nshear_fracture_energy = 0.5"
 INTACT, CRACKED, SLIPPING = ContactState
 BED, HEAD, DPC, *_ = ContactKind
 UNBALANCED, SNAP_BACK = "more than energy_tolerance", "(snap-back)"
-
-
-def test_the_share_is_of_the_largest_work() -> None:
-    values = {
-        "energy_error": np.array([0.0, 0.1, -0.3, np.nan]),
-        "external_work": np.array([1.0, 2.0, 3.0, np.nan]),
-        "friction_work": np.array([0.0, 4.0, 1.0, np.nan]),
-        "kinetic_energy": np.array([0.0, 6.0, 0.0, 0.0]),
-    }
-    assert energy_shares(values)["energy_error_share"] == pytest.approx(0.3 / 6.0)
-    released = energy_shares({**values, "snap_through_energy": np.array([0.0, 0.2, 0.6, 0.5])})
-    assert released["snap_through_share"] == pytest.approx(0.1)
-    uncounted = energy_shares({"energy_error": np.full(3, np.nan), "external_work": np.ones(3)})
-    assert np.isnan(uncounted["energy_error_share"])
 
 
 def test_every_number_of_a_caution() -> None:
@@ -165,11 +151,3 @@ def test_small_bonds_that_break_at_once_are_named(cohesion: float, joint: str, n
     said = wall_cautions(wall)
     assert len(said) == named
     assert all("bonds of less than 10 kPa break at once" in one for one in said)
-
-
-def test_a_history_of_snap_through_says_so() -> None:
-    """A share of 0.98 of the work, whatever the movement does."""
-    history = xr.Dataset({"progress": ("increment", [0.0, 1.0, -1.0])})
-    said = wall_cautions(history.assign_attrs(snap_through_share=0.98, snap_through_tolerance=0.05))
-    assert len(said) == 1
-    assert said[0].startswith("Energy set free in snap-through is 0.98 of the largest work done")

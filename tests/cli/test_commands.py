@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 import pandas as pd
@@ -16,7 +15,6 @@ import pytest
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.campaign.settings import StudySettings
-from damagepred.campaign.template import Template
 from tests.cli.conftest import Run
 from tests.synthetic_studies import synthetic_study
 
@@ -120,40 +118,6 @@ def test_the_template_of_a_house_is_a_scene_that_can_be_built(command: Run, tmp_
     assert isinstance(house, House)
     assert (house.names[0], len(house.junctions)) == ("front", 6)
     assert house_model(house).n_blocks > 3000
-
-
-@pytest.mark.parametrize("name", [name for name in get_args(Template) if name != "house"])
-def test_each_template_describes_a_wall_that_can_be_built(command: Run, tmp_path: Path, name: str) -> None:
-    from damagepred.one_wall.judged_path import model_of
-    from damagepred.study import Study
-
-    assert command("new", tmp_path / "house.toml", "--template", name).code == 0
-    text = (tmp_path / "house.toml").read_text(encoding="utf-8")
-    assert "damagepred study house.toml -j 2" in text
-    assert "{" not in text.replace("{ course_correlation = 0.4 }", "").replace('{ "joint.cohesion" = 0.7 }', "")
-    scene, _ = Study.from_toml(tmp_path / "house.toml").sample(0)
-    shape = {"wall": "three_loads", "seasons": "three_loads", "jacks": "jacks"}.get(name, "mound")
-    assert (scene.movement.shape, bool(scene.control_joint)) == (shape, name == "control-joint")
-    assert model_of(scene).n_blocks > 500
-
-
-def test_an_unknown_template_is_answered_by_its_names(command: Run, tmp_path: Path) -> None:
-    said = command("new", tmp_path / "house.toml", "--template", "mont")
-    assert (said.code, "control-joint" in said.err) == (2, True)
-    assert not (tmp_path / "house.toml").exists()
-
-
-@pytest.mark.parametrize("name", ["check", "solve", "study"])
-def test_an_unknown_option_of_an_algorithm_is_answered_with_the_name_of_the_file(
-    command: Run, tmp_path: Path, name: str
-) -> None:
-    wall, study = tmp_path / "wall.toml", tmp_path / "study.toml"
-    wall.write_text(f"{SMALL_SCENE}[solver.advanced.newton]\nmost = 3\n", encoding="utf-8")
-    study.write_text('scene = "wall.toml"\n[study]\nsamples = 4\n', encoding="utf-8")
-    for file in (study,) if name == "study" else (wall, study):
-        said = command(name, file)
-        assert (said.code, said.err.count("\n")) == (2, 1)
-        assert f"{wall}: unknown key [solver.advanced.newton] most" in said.err
 
 
 def test_check_prices_a_study(command: Run, small_study_file: Path) -> None:

@@ -1,92 +1,17 @@
 """Results are kept whatever becomes of what is printed, and no text of a user is run by what reads it."""
 
-import subprocess
-import sys
 import unicodedata
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 
 from damagepred.archive.files import read_dataset, write_dataset
 from damagepred.archive.schema import SCHEMA_VERSION, name_categories
-from damagepred.cli import terminal
 from damagepred.damage.table import read_table
 from damagepred.errors import InputError
-from damagepred.exports import write_csv
 from damagepred.inputs.data_files import data_file
-from damagepred.plotting.sheet import new_figure, set_title, title_of
-from tests.cli.conftest import messages
-
-SCENE = """
-title = "TITLE"
-[wall]
-length = 0.72
-height = 0.3
-[movement]
-central_deflection = "0.2 mm"
-increments = 2
-"""
-
-
-@pytest.fixture
-def scene(tmp_path: Path) -> Path:
-    file = tmp_path / "small.toml"
-    file.write_text(SCENE, encoding="utf-8")
-    return file
-
-
-def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    program = f"{sys.executable} -m damagepred"
-    return subprocess.run(
-        ["bash", "-c", command.replace("damagepred", program, 1)],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
-def test_a_reader_that_goes_away_is_no_error(scene: Path, tmp_path: Path) -> None:
-    done = shell("set -o pipefail; damagepred solve small.toml -o x.nc | head -c 1", tmp_path)
-    assert (done.returncode, messages(done)) == (0, "")
-    assert read_dataset(tmp_path / "x.nc").attrs["status"] == "complete"
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("title", ["[/] [bold]x $x_{$ a & <b>", "=1+1 100 % \\\\frac"])
-def test_titles_are_shown_as_they_are(title: str, scene: Path, tmp_path: Path) -> None:
-    scene.write_text(SCENE.replace("TITLE", title), encoding="utf-8")
-    done = shell("damagepred solve small.toml -o x.nc --plot pictures", tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert title.replace("\\\\", "\\") in done.stdout
-
-
-def test_control_characters_reach_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
-    terminal.say("a\x1b[2Jb\nc")
-    terminal.table("\x1b]0;t\x07", ["[red]\x9b"], [["[/]\x1b"]])
-    said = capsys.readouterr().out
-    assert r"a\x1b[2Jb" in said
-    assert r"[/]\x1b" in said
-    assert all(c.isprintable() or c == "\n" for c in said)
-
-
-def test_a_dollar_sign_in_a_title_begins_no_formula() -> None:
-    figure = new_figure()
-    ax = figure.add_subplot()
-    set_title(ax, title_of(xr.Dataset(attrs={"title": "$x_{$ costs 5$\x1b"}), "wall"))
-    figure.canvas.draw()
-    assert ax.get_title(loc="left") == r"\$x_{\$ costs 5\$"
-
-
-def test_no_cell_of_a_table_is_a_formula(tmp_path: Path) -> None:
-    frame = pd.DataFrame({"name": ["=HYPERLINK(1)", "+1", "-1", "@x", "plain"], "value": np.linspace(-2, 2, 5)})
-    write_csv(frame, tmp_path / "t.csv", index=False)
-    again = pd.read_csv(tmp_path / "t.csv")
-    assert list(again["name"]) == ["'=HYPERLINK(1)", "'+1", "'-1", "'@x", "plain"]
-    np.testing.assert_array_equal(again["value"], frame["value"])
 
 
 @pytest.mark.parametrize("name", ["=cmd()", "[/]", "$x$", "two\\nlines", ""])

@@ -12,7 +12,7 @@ from damagepred.archive.files import read_dataset
 from damagepred.campaign.settings import StudySettings
 from damagepred.damage.table import read_table as read_damage_table
 from damagepred.errors import LONGEST_MESSAGE, InputError, StudyError
-from damagepred.inputs.input_files import LARGEST_DESCRIPTION, read_text, read_toml
+from damagepred.inputs.input_files import LARGEST_DESCRIPTION
 from damagepred.scene import Scene
 from damagepred.uq.samplers import read_table
 
@@ -92,19 +92,3 @@ def test_what_is_no_description(content: str, reader: Callable[[Path], object], 
     with pytest.raises(InputError) as refused:
         reader(file)
     assert len(str(refused.value)) <= LONGEST_MESSAGE
-
-
-def test_a_byte_order_mark_is_no_character(tmp_path: Path) -> None:
-    (tmp_path / "f.toml").write_bytes(b'\xef\xbb\xbftitle = "x"\r\n')
-    assert read_toml(tmp_path / "f.toml") == {"title": "x"}
-    assert read_text(tmp_path / "f.toml").startswith("title")
-
-
-def test_a_cell_beyond_what_a_table_may_hold(tmp_path: Path) -> None:
-    (tmp_path / "t.csv").write_text("joint.friction\n" + '"' + "1" * 200_000 + '"\n', encoding="utf-8")
-    with pytest.raises(InputError, match=r"t\.csv"):
-        READERS[-1](tmp_path / "t.csv")
-
-
-def test_messages_have_an_end() -> None:
-    assert len(str(InputError("x" * 10_000))) == LONGEST_MESSAGE

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from xml.etree import ElementTree
 
 import matplotlib.pyplot as plt
@@ -12,21 +11,12 @@ import xarray as xr
 from damagepred import plotting
 from damagepred.plotting.vector import svg_of
 
-DRAWINGS = [name for name in plotting.__all__ if name.startswith("draw")]
 OF_WALLS = [
     "draw_wall",
     "draw_cracks",
     "draw_history",
     "draw_dpc_opening",
 ]
-
-
-@pytest.mark.parametrize("name", DRAWINGS)
-def test_axes_are_an_argument_and_the_result(name: str) -> None:
-    signature = inspect.signature(getattr(plotting, name))
-    (axes,) = (signature.parameters[n] for n in ("ax", "axes") if n in signature.parameters)
-    assert axes.default is None
-    assert signature.return_annotation == {"ax": "Axes", "axes": "list[Axes]"}[axes.name]
 
 
 def test_one_figure_takes_drawings_side_by_side(on_dpc: xr.Dataset) -> None:

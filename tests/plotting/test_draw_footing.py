@@ -5,10 +5,9 @@ import pytest
 from matplotlib.collections import PolyCollection
 
 from damagepred.enumerations import ContactKind
-from damagepred.errors import InputError
-from damagepred.plotting import draw, draw_footing, draw_wall
+from damagepred.plotting import draw_footing, draw_wall
 from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import Faces, footing_blocks, footing_rise, ground_profile
+from damagepred.plotting.geometry import footing_blocks, footing_rise, ground_profile
 from damagepred.plotting.sheet import plain_number
 from damagepred.scene import Footing, Mound
 
@@ -23,14 +22,6 @@ def arrows(ax):
 
 def words(ax):
     return [t.get_text() for t in ax.texts]
-
-
-def test_the_footing_is_told_from_bricks(on_jacks, on_mound, on_dpc):
-    for ds in (on_jacks, on_mound):
-        assert (footing_blocks(ds) == (ds.block_y.values < 0)).all()
-    assert not footing_blocks(on_dpc).any()
-    below = Faces.of(on_jacks, -1)
-    assert (below.middle_y[below.is_mortar] > 0).all()  # sections and supports are no mortar
 
 
 def test_a_wall_on_jacks_is_drawn_with_segments_supports_and_jacks(on_jacks):
@@ -90,10 +81,3 @@ def test_the_footing_goes_where_the_archive_says(on_jacks):
     assert ends - middle == pytest.approx(float(on_jacks.central_deflection[-1]), rel=1e-9)
     ax = draw_footing(on_jacks)[0]
     assert ax.lines[-1].get_ydata() == pytest.approx(1e3 * rise)
-
-
-def test_what_has_no_footing_is_refused(on_dpc):
-    with pytest.raises(InputError, match="this drawing needs"):
-        draw_footing(on_dpc)
-    with pytest.raises(InputError, match="variable = 'jack_load'"):
-        draw(on_dpc, "jack_load")

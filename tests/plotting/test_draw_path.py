@@ -4,14 +4,10 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgba
 
-import damagepred
-from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.plotting import draw, draw_dpc_opening, draw_history
 from damagepred.plotting.colours import CATEGORY_COLOURS
-from damagepred.plotting.footing import open_stretches, opening_along
-from damagepred.plotting.sheet import spread_evenly
-from damagepred.scene import Dpc, Movement, Opening, Scene, Wall
+from damagepred.plotting.footing import open_stretches
 
 
 def texts(ax):
@@ -22,46 +18,12 @@ def lines(ax, label):
     return [line for line in ax.lines if line.get_label() == label]
 
 
-def test_dpc_lines_carry_the_openings_in_mm(on_dpc):
-    ax = draw_dpc_opening(on_dpc)
-    x, opening, _ = opening_along(on_dpc)
-    assert (np.diff(x) >= -1e-12).all()
-    of_dpc = on_dpc.contact_kind.values == ContactKind.DPC
-    assert np.sort(opening[-1]).tolist() == np.sort(on_dpc.contact_opening.values[-1, of_dpc]).tolist()
-    last = [line for line in ax.lines if len(line.get_xdata()) == len(x)][-1]
-    assert last.get_xdata() == pytest.approx(x)
-    assert last.get_ydata() == pytest.approx(1e3 * opening[-1])
-    (threshold,) = lines(ax, "threshold 0.2 mm")
-    assert threshold.get_ydata() == pytest.approx([0.2, 0.2])
-    assert ax.get_xlabel() == "along the wall (m)"
-    assert ax.get_ylabel() == "opening of the dpc (mm)"
-
-
 def test_open_stretches_are_interpolated():
     x = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
     assert open_stretches(x, np.array([0.0, 2.0, 2.0, 2.0, 0.0]), 1.0) == [(0.5, 3.5)]
     assert open_stretches(x, np.array([2.0, 0.0, 0.0, 0.0, 4.0]), 1.0) == [(0.0, 0.5), (3.25, 4.0)]
     assert open_stretches(x, np.full(5, 0.5), 1.0) == []
     assert open_stretches(x, np.full(5, 2.0), 1.0) == [(0.0, 4.0)]
-
-
-@pytest.mark.parametrize(("count", "expected"), [(1, [0]), (4, [0, 1, 2, 3]), (21, [2, 5, 8, 11, 14, 17, 20])])
-def test_increments_are_picked_evenly_with_the_last(count, expected):
-    assert spread_evenly(count, 10).tolist() == expected
-
-
-def test_dpc_is_interrupted_by_a_door():
-    scene = Scene(
-        wall=Wall(length=1.44, height=0.45),
-        dpc=Dpc(course=1),
-        opening=(Opening(kind="door", x=0.48, width=0.48, height=0.3),),
-        movement=Movement(central_deflection=1e-4, increments=1),
-    )
-    ax = draw_dpc_opening(damagepred.solve(scene))
-    for line in ax.lines:
-        if line.get_label().startswith("_child") and len(line.get_xdata()) > 2:
-            x = np.asarray(line.get_xdata())
-            assert x.max() < 0.49 or x.min() > 0.95
 
 
 def test_no_dpc_is_said_and_no_openings_are_refused(cracked):
@@ -131,9 +93,3 @@ def test_every_line_of_a_history_is_its_variable(on_dpc, measure, head, scale):
     assert ax.get_xlabel() == head
     assert ax.get_xlim() == pytest.approx((0.0, 1.02 * x.max()))
     assert ax.get_ylim()[1] > 14.0
-
-
-@pytest.mark.parametrize("draw", [draw_dpc_opening, draw_history])
-def test_other_datasets_are_refused(draw, study):
-    with pytest.raises(InputError, match="this drawing needs"):
-        draw(study.drop_vars("crack_width_max"))

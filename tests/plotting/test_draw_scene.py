@@ -60,16 +60,6 @@ def test_the_wall_has_its_opening_lintel_dpc_and_control_joint() -> None:
     assert "roof 8 kN in all" in [text.get_text() for text in ax.texts]
 
 
-def test_a_history_is_drawn_to_both_sides() -> None:
-    stages = [{"kind": kind, "central_deflection": size} for kind, size in (("dishing", 8e-3), ("doming", 4e-3))]
-    ax = drawn(movement={"stage": stages})
-    one, other = line(ax, "ground after"), line(ax, "ground after, other way")
-    middle = len(one) // 2
-    assert one[middle, 0] == 2.0
-    assert other[middle, 1] == pytest.approx(-0.5 * one[middle, 1])
-    assert one[middle, 1] < 0.0
-
-
 def test_still_ground_has_one_line(tmp_path: Any) -> None:
     described = Scene.from_dict({"wall": WALL, "movement": {"central_deflection": 0.0}})
     ax = draw_scene(described)

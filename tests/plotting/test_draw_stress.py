@@ -4,91 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.figure import Figure
 
 import damagepred
-from damagepred.assembly.assembly import GRAVITY, rectangle
 from damagepred.errors import InputError
 from damagepred.plotting import draw
 from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import Zones
 from damagepred.plotting.sheet import moved_to
-from damagepred.plotting.stress import STRESSES, bending_stress, block_stress, one_of, stress_levels, zone_stress
-from damagepred.scene import BlockMaterial, Joint, Solver
+from damagepred.plotting.stress import bending_stress, block_stress
 
 
 def collection(ax, label):
     return next(c for c in ax.collections if c.get_label() == label)
-
-
-def column(zone_size: float = 0.0) -> xr.Dataset:
-    """Three blocks on each other, 0.5 m wide and 0.3 m high, pushed sideways at the top."""
-    assembly = damagepred.Assembly(
-        thickness=0.2,
-        joint=Joint(tensile_strength=1e9, cohesion=1e9),
-        block=BlockMaterial(density=2000.0, poisson_ratio=0.0),  # or joints hold what would widen
-    )
-    for i in range(3):
-        assembly.add_block(rectangle(0, 0.3 * i, 0.5, 0.3 * (i + 1)), zone_size=zone_size, course=i)
-    assembly.rest_on_ground([0])
-    assembly.load(2, x=1000.0)
-    return damagepred.solve(assembly, increments=1, solver=Solver())
-
-
-@pytest.mark.parametrize("zone_size", [0.0, 0.1])
-def test_mean_stress_of_blocks_is_what_balances_weight_and_push(zone_size):
-    stress = block_stress(column(zone_size), -1)
-    above = 2000.0 * GRAVITY * 0.3 * (np.array([2.0, 1.0, 0.0]) + 0.5)  # at mid-height
-    assert stress[:, 1] == pytest.approx(-above, rel=1e-5)
-    # the push is in every joint below the top block, and is spread over that one like weight
-    push = 1000.0 / (0.5 * 0.2)
-    assert stress[:2, 2] == pytest.approx(push, rel=1e-5)
-    assert stress[2, 2] == pytest.approx(push / 2, rel=1e-5)
-    assert stress[:, 0] == pytest.approx(0.0, abs=1e-3 * push)
-
-
-def test_joints_and_zones_tell_the_same_mean_stress(deformable):
-    """Two ways to one number: forces in the joints round a brick, and the stress in its zones."""
-    zones = Zones.of(deformable)
-    area = np.bincount(zones.block, zones.area)
-    for increment in (0, 1, 2):
-        joints, inside = block_stress(deformable, increment)[: len(area)], zone_stress(deformable, increment)
-        mean = np.column_stack([np.bincount(zones.block, zones.area * s) / area for s in inside.T])
-        scale = np.abs(mean).max()
-        assert mean == pytest.approx(joints, abs=0.02 * scale)
-        assert scale > 1e3
-
-
-def test_rims_are_the_outlines_of_the_bricks(deformable):
-    zones = Zones.of(deformable)
-    ends = zones.points[zones.rims()]
-    each = deformable.gridpoint_block.values[zones.rims()[:, 0]]
-    length = np.bincount(each, np.hypot(*(ends[:, 1] - ends[:, 0]).T))
-    first = np.bincount(deformable.vertex_block.values, minlength=len(length))
-    for i in range(len(length)):
-        own = deformable.vertex_block.values == i
-        x, y = deformable.vertex_x.values[own], deformable.vertex_y.values[own]
-        assert first[i] == 4
-        assert length[i] == pytest.approx(2 * (np.ptp(x) + np.ptp(y)))
-
-
-@pytest.mark.parametrize("variable", STRESSES)
-def test_levels_are_round_and_show_most_of_the_wall(deformable, variable):
-    levels = stress_levels(deformable, variable, [1, 2])
-    step = np.diff(levels)
-    assert step == pytest.approx(step[0])
-    assert 5 <= len(levels) <= 22
-    assert float(f"{step[0]:.2g}") == pytest.approx(step[0])
-    assert pytest.approx(levels[np.abs(levels).argmin()], abs=1e-12) == 0.0
-    rigid = deformable.block_course.values >= 2
-    field = np.concatenate((zone_stress(deformable, -1), block_stress(deformable, -1)[rigid]))
-    field = 1e-6 * one_of(field, variable.removeprefix("stress_"))
-    area = np.concatenate((Zones.of(deformable).area, np.full(rigid.sum(), 0.15 * 0.96 / rigid.sum())))
-    assert area[(field < levels[0]) | (field > levels[-1])].sum() < 0.1 * area.sum()
-    assert np.abs(field).max() > 0.3 * np.abs(levels).max()
-    two_sided = levels[0] < 0 < levels[-1]
-    assert not two_sided or levels[0] == pytest.approx(-levels[-1])
 
 
 def test_the_movement_of_a_picture_in_words(deformable):

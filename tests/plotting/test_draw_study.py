@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred.errors import InputError
-from damagepred.plotting import draw, draw_category_shares, draw_fragility
-from damagepred.plotting.study import common_paths, quantile
+from damagepred.plotting import draw_fragility
 
 
 def band(ax, label):
@@ -14,76 +12,6 @@ def band(ax, label):
     (found,) = (c for c in ax.collections if c.get_label() == label)
     corners = found.get_paths()[0].vertices
     return {round(x, 6): np.ptp(corners[np.isclose(corners[:, 0], x), 1]) for x in np.unique(corners[:, 0])}
-
-
-def test_paths_tell_collapsed_failed_and_missing_apart(study):
-    paths = common_paths(study)
-    assert paths.movement == pytest.approx(np.linspace(0.0, 40e-3, 5))
-    assert np.isinf(paths.width[0, 2:]).all()
-    assert (paths.category[0, 2:] == 4).all()
-    assert np.isnan(paths.width[1, 3:]).all()
-    assert (paths.category[1, 3:] == -1).all()
-    assert (paths.category[2] == -1).all()
-    assert paths.width[7] == pytest.approx(0.4 * paths.movement)
-
-
-def test_paths_with_their_own_increments_meet_on_a_common_grid(study):
-    study["central_deflection"] = study.central_deflection * (1.0 + 0.1 * study.sample)
-    paths = common_paths(study, points=18)
-    assert len(paths.movement) == 18
-    followed = paths.movement <= float(study.central_deflection[3].max())
-    assert np.isfinite(paths.width[3, followed]).all()
-    assert np.isnan(paths.width[3, ~followed]).all()
-    assert (np.diff(paths.category[7]) >= 0).all()
-
-
-def test_quantiles_count_walls_that_ended_as_the_widest():
-    width = np.array([[1.0, np.inf, np.nan], [2.0, 2.0, np.nan], [3.0, 3.0, 5.0]])
-    assert quantile(width, 0.5) == pytest.approx([2.0, 3.0, np.nan], nan_ok=True)
-    assert quantile(width, 1.0) == pytest.approx([3.0, np.nan, np.nan], nan_ok=True)
-    assert quantile(np.array([[0.0], [1.0]]), 0.1) == pytest.approx([0.1])
-
-
-def test_every_line_of_a_study_is_its_quantile(study):
-    """Of walls that were all followed to the end, by numpy's own quantiles."""
-    study["status"][:] = 0
-    random = np.random.default_rng(3)
-    names = ("crack_width_max", "crack_band_width_max", "footing_opening_max")
-    for factor, name in enumerate(names, start=1):
-        width = np.cumsum(random.uniform(0.0, 2e-3 * factor, (8, 5)), axis=1)
-        study[name] = ("sample", "increment"), width
-    study["damage_category"] = study["damage_category"].copy(data=np.tile(np.array([0, 0, 1, 1, 2], np.int8), (8, 1)))
-    ax = draw(study, "crack_width_max")
-    expected = {
-        "90% of the walls below": (names[0], 0.9),
-        "median": (names[0], 0.5),
-        "10% of the walls below": (names[0], 0.1),
-        "median, widest crack band": (names[1], 0.5),
-        "median, gap on the footing": (names[2], 0.5),
-    }
-    assert [line.get_label() for line in ax.lines if line.get_label() in expected] == list(expected)
-    for line in ax.lines:
-        if line.get_label() in expected:
-            name, share = expected[line.get_label()]
-            assert line.get_xdata() == pytest.approx(np.linspace(0.0, 40.0, 5))
-            assert line.get_ydata() == pytest.approx(1e3 * np.quantile(study[name].values, share, axis=0))
-    (walls,) = (c for c in ax.collections if c.get_label() == "each wall")
-    np.testing.assert_allclose(
-        [segment[:, 1] for segment in walls.get_segments()], 1e3 * study["crack_width_max"].values
-    )
-    assert ax.get_xlim() == pytest.approx((0.0, 40.0))
-
-
-def test_shares_add_up_and_show_what_is_not_known(study):
-    ax = draw_category_shares(study)
-    paths = common_paths(study)
-    unknown = band(ax, "failed, not run, or not followed as far")
-    slight = band(ax, "2 slight")
-    for i, x in enumerate(paths.movement * 1e3):
-        assert unknown[round(x, 6)] == pytest.approx((paths.category[:, i] == -1).mean())
-        assert slight[round(x, 6)] == pytest.approx((paths.category[:, i] == 2).mean())
-    assert ax.get_ylim() == (0.0, 1.0)
-    assert "(mm)" in ax.get_xlabel()
 
 
 def legend(ax):
@@ -108,11 +36,6 @@ def test_shares_of_walls_are_points_at_the_increments_and_bands_are_straight_bet
     assert ax.lines[0].get_xdata() == pytest.approx(1e3 * curves["intensity"].values[at])
     band = ax.collections[0].get_paths()[0].vertices
     assert sorted(set(band[:, 0].round(6))) == [0.0, 10.0, 20.0, 40.0]
-
-
-def test_what_holds_no_curves_is_refused(study):
-    with pytest.raises(InputError, match="probability"):
-        draw_fragility(study)
 
 
 @pytest.mark.parametrize(

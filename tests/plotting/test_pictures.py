@@ -9,7 +9,6 @@ import pytest
 from damagepred.errors import InputError, StudyError
 from damagepred.plotting import save_animation, save_fragility_picture, save_study_pictures, save_wall_pictures
 from damagepred.plotting.pictures import stress_sheets
-from damagepred.plotting.sheet import plain_number
 from damagepred.plotting.stress import STRESSES
 
 PNG = b"\x89PNG"
@@ -65,14 +64,6 @@ def test_study_pictures_are_written(study, tmp_path):
     check(save_study_pictures(study, tmp_path / "a"), ["fragility.png", "crack_widths.png", "category_shares.png"])
 
 
-def test_fragility_picture_is_written_in_the_format_of_its_name(curves, tmp_path):
-    check([save_fragility_picture(curves, tmp_path / "a" / "F.png")], ["F.png"])
-    assert save_fragility_picture(curves, tmp_path / "F.pdf").read_bytes()[:4] == b"%PDF"
-    assert b"<svg" in save_fragility_picture(curves, tmp_path / "F.svg").read_bytes()
-    with pytest.raises(InputError, match=r"\.png"):
-        save_fragility_picture(curves, tmp_path / "F.docx")
-
-
 def test_unwritable_folder_is_named(study, curves, tmp_path):
     file = tmp_path / "notes.txt"
     file.write_text("mine")
@@ -99,10 +90,3 @@ def test_import_of_the_package_leaves_matplotlib_alone():
     code = "import sys, damagepred; assert 'matplotlib' not in sys.modules; import damagepred.plotting; "
     code += "assert 'matplotlib.pyplot' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
-
-
-@pytest.mark.parametrize(
-    ("value", "shown"), [(8.0, "8"), (0.1, "0.1"), (12.345, "12.3"), (1234.0, "1230"), (-1e-12, "0"), (5e-5, "0.00005")]
-)
-def test_numbers_are_plain(value, shown):
-    assert plain_number(value) == shown

@@ -10,19 +10,17 @@ import xarray as xr
 
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.campaign.settings import StudySettings, read_frozen
-from damagepred.formatting import length, quantity
+from damagepred.formatting import length
 from damagepred.one_wall.solve import solve
 from damagepred.report.caveats import model_caveats, study_caveats
 from damagepred.report.inputs import input_section, place_in_words, unsure
-from damagepred.report.limits import code_limits, study_limits
-from damagepred.report.quality import energy_shares
-from damagepred.report.sources import field_source, source_of_value, sources_of_variable
+from damagepred.report.limits import study_limits
+from damagepred.report.sources import field_source, sources_of_variable
 from damagepred.report.study import study_page
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_page
 from damagepred.results.tables import Table
 from damagepred.scene import Scene
-from damagepred.uq.fragility import fit_fragility
 from tests.synthetic_studies import synthetic_study
 
 
@@ -33,42 +31,7 @@ def table(section: object, begins: str) -> Table:
 # -- words ----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("value", "unit", "shown"),
-    [
-        (0.453e6, "Pa", ("0.453", "MPa")),
-        (9.0e9, "Pa", ("9", "GPa")),
-        (82.0e9, "Pa/m", ("82", "N/mm³")),
-        (81999999999.99998, "Pa/m", ("82", "N/mm³")),
-        (0.008, "m", ("8", "mm")),
-        (2.4, "m", ("2.4", "m")),
-        (0.11, "m", ("0.11", "m")),
-        (6000.0, "N", ("6", "kN")),
-        (0.0, "Pa", ("0", "Pa")),
-        (0.75, "1", ("0.75", "–")),
-        (2000.0, "kg/m**3", ("2000", "kg/m³")),
-        (-0.002, "m", ("−2", "mm")),
-        (0.0, "m", ("0", "mm")),
-    ],
-)
-def test_quantities_as_engineers_write_them(value: float, unit: str, shown: tuple[str, str]) -> None:
-    assert quantity(value, unit) == shown
-
-
 # -- inputs ---------------------------------------------------------------------------------------------------
-
-
-def test_a_source_is_named_for_the_papers_values_and_for_no_other() -> None:
-    paper = source_of_value("joint", "tensile_strength", 0.453e6)
-    assert "Table 2" in paper.name
-    assert paper.confidence == "reported"
-    assert "Table 1" in source_of_value("block", "density", 2000).name
-    assert str(source_of_value("joint", "tensile_strength", 0.4e6)) == "as given"
-    assert str(source_of_value("wall", "length", 6.0)) == "default"
-    assert str(source_of_value("wall", "length", 5.0)) == "as given"
-    assert str(source_of_value("opening.0", "width", 0.9)) == "as given"
-    assert str(source_of_value("wall", "bond", "running")) == "default"
-    assert str(source_of_value("wall", "bond", "stack")) == "as given"
 
 
 def test_sources_of_variables_tell_mean_and_scatter_apart(data_folder: Path) -> None:
@@ -120,35 +83,7 @@ def test_inputs_show_values_with_units_and_what_varies(data_folder: Path) -> Non
     assert table(section, "Correlation").rows[0][2] == "0.7"
 
 
-@pytest.mark.parametrize(
-    ("shape", "shown"), [("three_loads", set()), ("jacks", {"Test rig"}), ("mound", {"Soil", "Mound"})]
-)
-def test_only_what_the_movement_reads_is_shown(shape: str, shown: set[str]) -> None:
-    content = {"movement": {"shape": shape, "kind": "doming"}}
-    if shape == "mound":
-        content["mound"] = {"surface_movement": "20 mm"}
-    groups = table(input_section(Scene.from_dict(content)), "The wall").groups
-    assert set(groups) & {"Test rig", "Soil", "Mound"} == shown
-
-
 # -- code limits ----------------------------------------------------------------------------------------------
-
-
-def test_code_limits_are_the_lesser_of_two() -> None:
-    source, limits = code_limits(6.0)
-    assert "AS 2870-2011" in source
-    told = {limit.construction: limit.deflection for limit in limits}
-    assert told == pytest.approx(
-        {
-            "full masonry": 3e-3,
-            "articulated full masonry": 7.5e-3,
-            "masonry veneer": 10e-3,
-            "articulated masonry veneer": 15e-3,
-            "clad frame": 20e-3,
-        }
-    )
-    assert {limit.construction: limit.deflection for limit in code_limits(24.0)[1]}["full masonry"] == 10e-3
-    assert [limit.deflection for limit in limits] == sorted(limit.deflection for limit in limits)
 
 
 def test_typical_is_the_median_wall_at_the_movement_asked_for(tmp_path: Path) -> None:
@@ -216,12 +151,6 @@ def test_the_page_of_a_study_says_what_was_run(study_folder: Path) -> None:
     assert len(curves.rows) == 4
     assert curves.rows[3][5] == "never reached"
     assert 0 <= float(curves.rows[0][4]) <= 1
-
-
-def test_energy_that_does_not_balance_is_a_share_of_the_work(wall: xr.Dataset) -> None:
-    share = energy_shares(wall)
-    work = max(abs(float(wall[n][-1])) for n in ("external_work", "elastic_energy", "friction_work", "released_energy"))
-    assert share[-1] == pytest.approx(float(wall["energy_error"][-1]) / work)
 
 
 def caveats(scene: dict) -> str:
@@ -315,19 +244,6 @@ def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
     ds["apex_limited"] *= 0
     ds["limit_deflection"] *= np.nan
     assert len(said(curves)) == len(known) - 2
-
-
-def test_a_doubtful_curve_is_named(tmp_path: Path) -> None:
-    ds = open_study(synthetic_study(tmp_path / "house.dp", 40))
-    curves = fit_fragility(ds, bootstrap=0, goodness=20)
-    settings = read_frozen(StudyFolder(tmp_path / "house.dp").study_text())
-
-    def said(p_value: float) -> str:
-        (text,) = study_caveats(ds, curves.assign(p_value=curves["p_value"] * 0 + p_value), settings, 6e-3).parts
-        return " ".join(text.items)
-
-    assert "The curve of category 1 is doubtful: of walls that follow such a curve, a share of 0.010 lies" in said(0.01)
-    assert "doubtful" not in said(0.3)
 
 
 def test_what_the_file_gives_is_told_from_defaults_of_the_same_value(tmp_path: Path) -> None:

@@ -1,10 +1,9 @@
 """Cracks, report and pictures of a laboratory test name the loads that move, for one wall and for a study."""
 
-import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred import Movement, Opening, Scene, Wall, crack_frame, cracks, plotting, solve
+from damagepred import Movement, Opening, Scene, Wall, plotting, solve
 from damagepred.report.summary import wall_summary
 from damagepred.scene import Load, Loading
 
@@ -20,15 +19,6 @@ PIER = Scene(
 @pytest.fixture(scope="module")
 def pier() -> xr.Dataset:
     return solve(PIER)
-
-
-def test_cracks_begin_at_a_displacement_of_the_loads(pier: xr.Dataset) -> None:
-    found = cracks(pier)
-    assert found["load_displacement"].values == pytest.approx([0.0, 1e-3, 2e-3, 3e-3])
-    first = found["first_load_displacement"].values
-    assert len(first)
-    assert np.isin(first, found["load_displacement"].values[1:]).all()
-    assert crack_frame(found)["load_displacement"].unique() == pytest.approx([3e-3])
 
 
 def test_sentences_and_pictures_name_them(pier: xr.Dataset) -> None:

@@ -422,17 +422,6 @@ def test_a_study_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     assert re.search(r"walls ━+[╸╺━ ]*26/50 2 failed 0:00:00 about 42 s left", shown)
 
 
-def test_a_wall_tells_how_far_it_is_on_a_terminal_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    for in_terminal in (False, True):
-        told = io.StringIO()
-        monkeypatch.setattr(terminal, "_err", Console(file=told, force_terminal=in_terminal, width=90))
-        with terminal.Bar("house", 5) as bar:
-            for number in range(2):
-                bar.step(SimpleNamespace(increment=SimpleNamespace(number=number)))  # type: ignore[arg-type]
-        assert (bar._progress.tasks[0].completed, bool(told.getvalue())) == (2, in_terminal)
-    assert re.search("house.*2/5", told.getvalue())
-
-
 def test_output_that_cannot_be_written_is_lost_once_and_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """After the first failure nothing is tried, what is left in buffers goes nowhere, and a closed pipe is no loss."""
     tried: list[str] = []
@@ -457,24 +446,3 @@ def test_output_that_cannot_be_written_is_lost_once_and_told(monkeypatch: pytest
     for error, lost in ((OSError(errno.EPIPE, "gone"), None), (OSError("odd"), "odd")):
         stream.error = error
         assert terminal.lost_output() == lost
-
-
-def test_a_table_has_its_numbers_on_the_right_and_says_that_it_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    told = io.StringIO()
-    monkeypatch.setattr(terminal, "_out", Console(file=told, width=15))
-    terminal.table("house [1]", ["no", "wide", "wider"], [["1", "2", "3"], ["10", "20", "30"]])
-    lines = told.getvalue().splitlines()
-    assert [line.strip() for line in lines if "house" in line] == ["house [1]", "house [1],"]
-    assert "continued" in told.getvalue()
-    assert [line for line in lines if line[:1] == "│"] == [
-        "│  1 │    2 │",
-        "│ 10 │   20 │",
-        "│  1 │     3 │",
-        "│ 10 │    30 │",
-    ]
-    told.truncate(0)
-    monkeypatch.setattr(terminal.FORM, "full", False)
-    terminal.table("house [1]", ["no", "wide", "wi\nder"], [["1", "2", "3"], ["10", "20", "30"]])
-    assert "continued" not in told.getvalue()
-    assert "30" not in told.getvalue()
-    assert "not shown: wi der; --full shows them" in " ".join(told.getvalue().split())

@@ -10,10 +10,8 @@ import xarray as xr
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.errors import InputError
-from damagepred.formatting import chance
 from damagepred.report import write_report
-from damagepred.report.summary import answers, influences, study_summary, wall_summary
-from damagepred.uq.exceedance import exceedance
+from damagepred.report.summary import answers, influences
 from damagepred.uq.movement_distribution import MOUND, movement_distribution
 from tests.synthetic_studies import synthetic_study
 
@@ -22,29 +20,6 @@ from tests.synthetic_studies import synthetic_study
 def study(tmp_path: Path) -> tuple[xr.Dataset, StudySettings]:
     folder = synthetic_study(tmp_path / "house.dp", 200)
     return open_study(folder), read_frozen(StudyFolder(folder).study_text())
-
-
-def test_one_wall_reaches_each_category_at_a_movement_or_not(wall: xr.Dataset) -> None:
-    category, movement = wall["damage_category"].values, 1e3 * wall["central_deflection"].values
-    said = wall_summary(wall)
-    assert len(said) == 4
-    first = movement[np.flatnonzero(category >= 1)[0]]
-    assert said[0] == f"Category 1 (very slight): reached at a central deflection of {first:.3g} mm."
-    if category.max() < 4:
-        assert said[3] == "Category 4 (severe): not reached up to a central deflection of 12 mm."
-
-
-def test_a_movement_that_is_asked_for(study: tuple[xr.Dataset, StudySettings]) -> None:
-    ds, _ = study
-    question, found = answers(ds, "3 mm")
-    assert question == "At a central deflection of 3 mm:"
-    for category, one in found.items():
-        assert one == exceedance(ds, category, 3e-3).estimate
-    e = found[1]
-    assert study_summary(ds, found)[0] == (
-        f"Category 1 (very slight) or worse: probability {chance(e.value)} (90% interval {chance(e.lower)} to "
-        f"{chance(e.upper)}), about {100 * e.value:.0f} walls in 100."
-    )
 
 
 def test_a_site_class_and_a_single_surface_movement_are_named(study: tuple[xr.Dataset, StudySettings]) -> None:

@@ -15,7 +15,7 @@ from damagepred.archive.schema import category_attributes
 from damagepred.campaign.settings import StudySettings
 from damagepred.damage import load_table
 from damagepred.errors import InputError
-from damagepred.results.rejudge import footing_gap_note, measure_in_words, shares
+from damagepred.results.rejudge import footing_gap_note
 from damagepred.scene import Damage, Dpc, Joint, Movement, Opening, Scene, Wall
 from damagepred.study import Study, open_study
 from tests.conftest import SMALL_STUDY
@@ -51,27 +51,6 @@ def again(ds: xr.Dataset, **rules) -> list:
 
 
 # -- limits and groups, at their edges -------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("table", ["as2870", "bre251"])
-@pytest.mark.parametrize("plasterboard", [False, True])
-def test_every_limit_at_its_edge(table: str, plasterboard: bool):
-    if table == "bre251" and plasterboard:
-        return
-    factor = 1.5 if plasterboard else 1.0
-    for number, limit in enumerate(load_table(table).limits):
-        widths = [[limit * factor / MM * f for f in (1 - 1e-6, 1.0, 1 - 1e-15, 1 + 1e-6)]]
-        zeros = np.zeros((1, 4))
-        found = again(study(widths, zeros), table=table, plasterboard=plasterboard)
-        assert found == [[number, number + 1, number + 1, number + 1]]
-
-
-@pytest.mark.parametrize(("plasterboard", "limit"), [(False, 3.0), (True, 4.5)])
-def test_groups_at_their_edge(plasterboard: bool, limit: float):
-    group = [[limit * (1 - 1e-6), limit, limit * (1 - 1e-15), limit + 1e-6]]
-    ds = study([[4.6] * 4], group)
-    assert again(ds, plasterboard=plasterboard) == [[2, 3, 3, 3]]
-    assert again(ds, plasterboard=plasterboard, count_rule=False) == [[2] * 4]
 
 
 def test_the_worst_category_so_far_follows_the_new_limits():
@@ -145,22 +124,6 @@ def test_no_values_beyond_the_end_of_a_path():
     assert strict.attrs["highest_category"] == 3
 
 
-def test_a_wall_that_failed_stays_unknown_where_it_was():
-    ds = study([[0.0, np.nan], [np.nan, np.nan]], [[0, np.nan], [np.nan, np.nan]], [2, 3])
-    assert again(ds, table="bre251") == [[0, -1], [-1, -1]]
-
-
-def test_what_an_older_archive_does_not_hold_is_said():
-    ds = open_study(OLD)
-    judged = damagepred.judge_again(ds, table="bre251")
-    assert "2 of 3 walls are judged by their widest crack alone" in judged.attrs["judgement"]
-    assert "no deviation from level and plumb" in judged.attrs["judgement"]
-    by_width = load_table("bre251").by_width(np.nan_to_num(ds["crack_width_max"].values))
-    known = np.isfinite(ds["crack_width_max"].values)
-    np.testing.assert_array_equal(judged["damage_category"].values[known], by_width[known])
-    assert "widest crack alone" not in damagepred.judge_again(ds, count_rule=False).attrs["judgement"]
-
-
 # -- the same as solving again ---------------------------------------------------------------------------------------
 
 
@@ -210,50 +173,6 @@ def wall() -> xr.Dataset:
 
 
 @pytest.mark.parametrize(
-    "rules",
-    [
-        {"table": "bre251"},
-        {"plasterboard": True},
-        {"count_rule": False},
-        {"group_count": 7},
-        {"group_count": 3, "group_distance": 0.3, "dpc_threshold": 0.1 * MM},
-        {"measure": "band"},
-        {"measure": "band", "band_gauge": 1.5, "band_threshold": 0.1 * MM, "footing_threshold": 0.1 * MM},
-        {"count_footing_gap": True, "table": "bre251"},
-    ],
-    ids=str,
-)
-def test_a_wall_judged_again_is_a_wall_solved_by_these_rules(wall: xr.Dataset, rules: dict):
-    judged = damagepred.judge_again(wall, **rules)
-    solved = damagepred.solve(WEAK, damage=Damage(**rules))
-    for name in (
-        "damage_category",
-        "crack_width_max",
-        "crack_count",
-        "crack_group_width",
-        "base_crack_width_max",
-        "dpc_opening_max",
-        "dpc_separation_length",
-        "dpc_slip_max",
-        "damage_category_band",
-        "crack_band_width_max",
-        "footing_opening_max",
-        "footing_separation_length",
-    ):
-        np.testing.assert_array_equal(judged[name].values, solved[name].values, err_msg=name)
-        assert str(judged[name].attrs) == str(solved[name].attrs)
-    assert wall["damage_category"].attrs["comment"].startswith("AS 2870-2011 Table C1;")
-
-
-def test_an_archive_of_an_older_version_gets_its_bands_from_its_contacts(wall: xr.Dataset):
-    names = ["crack_band_width_max", "damage_category_band", "footing_opening_max", "footing_separation_length"]
-    judged = damagepred.judge_again(wall.drop_vars(names))
-    for name in names:
-        np.testing.assert_array_equal(judged[name].values, wall[name].values)
-        assert str(judged[name].attrs) == str(wall[name].attrs)
-
-
-@pytest.mark.parametrize(
     ("rules", "name"),
     [({"measure": "band"}, "crack_band_width_max"), ({"count_footing_gap": True}, "footing_opening_max")],
 )
@@ -289,21 +208,6 @@ def test_a_gap_that_would_count_is_told_where_it_is_worse_than_the_cracks():
         ds.assign_attrs(scene=Scene(dpc=Dpc(course=1)).to_toml()),
     ):
         assert footing_gap_note(other) == ""
-
-
-def test_shares_of_a_study_and_of_one_wall():
-    ds = study([[0.0, 0.5], [0.0, 2.0], [0.0, 16.0], [0.0, 20.0], [0.0, 0.05]], status=[2, 2, 2, 0, 0])
-    walls = {-1: 2, 0: 1, 1: 0, 2: 0, 3: 0, 4: 2}
-    assert {c: (one.walls, one.share) for c, one in shares(ds).items()} == {c: (n, n / 5) for c, n in walls.items()}
-    assert {c: one.walls for c, one in shares(ds.isel(sample=1)).items()} == {0: 0, 1: 0, 2: 1, 3: 0, 4: 0}
-
-
-def test_the_measure_of_categories_in_words():
-    said = [
-        measure_in_words(xr.Dataset(attrs=attrs))
-        for attrs in ({}, {"damage_measure": "band"}, {"damage_measure": "joint", "count_footing_gap": 1})
-    ]
-    assert said == ["widest joint", "widest crack band", "widest joint, and the gap along the footing bed"]
 
 
 def test_a_wall_without_its_contacts_is_judged_by_its_numbers(wall: xr.Dataset):

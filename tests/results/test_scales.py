@@ -6,7 +6,6 @@ import xarray as xr
 from scipy.stats import kendalltau
 
 import damagepred
-from damagepred.damage.limits import load_scale
 from damagepred.errors import InputError
 from tests.results.test_rejudge import study
 
@@ -74,8 +73,3 @@ def test_what_an_archive_does_not_hold_is_left_out_and_named() -> None:
     assert "strain" in found.attrs["left_out"]
     with pytest.raises(InputError, match="increment = 2: the archive's last increment is 1"):
         damagepred.compare_scales(ds, increment=2)
-
-
-def test_levels_begin_at_their_limits() -> None:
-    assert load_scale("psi").level([0.0, 1.0, 1.5, 2.5, 3.5, np.nan]).tolist() == [0, 1, 2, 3, 4, -1]
-    assert load_scale("tilt").level([1 / 251, 1 / 250, 1 / 100]).tolist() == [0, 1, 2]

@@ -1,17 +1,13 @@
 """Cracks of solved walls as objects: in step with the verdict, with the blocks' own movement, and as tables."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
 
 import damagepred
-from damagepred.archive.files import read_dataset, write_dataset
-from damagepred.damage.tracing import PARTS, WALL
+from damagepred.damage.tracing import WALL
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
-from damagepred.results.wall_cracks import CRACK_VARIABLES, WallCracks, crack_frame
 from damagepred.scene import Dpc, Joint, Movement, Opening, Scene, Wall
 
 MM = 1e-3
@@ -35,46 +31,6 @@ def found(wall: xr.Dataset) -> xr.Dataset:
     return damagepred.cracks(wall)
 
 
-def test_the_widest_crack_is_the_one_of_the_verdict(wall: xr.Dataset, found: xr.Dataset):
-    in_wall = found["crack_part"].values == WALL
-    widest = np.nanmax(np.nan_to_num(found["crack_width"].values[:, in_wall]), axis=1, initial=0.0)
-    seen = wall["crack_width_max"].values
-    np.testing.assert_array_equal(widest[seen > 0.05 * MM], seen[seen > 0.05 * MM])
-    assert seen.max() > 1 * MM
-    below = found["crack_part"].values == PARTS.index("below_dpc")
-    widest = np.nan_to_num(found["crack_width"].values[:, below]).max(axis=1, initial=0.0)
-    base = wall["base_crack_width_max"].values
-    np.testing.assert_array_equal(widest[base > 0.05 * MM], base[base > 0.05 * MM])
-    dpc = np.isin(found["crack_part"].values, (2, 3))
-    assert np.nan_to_num(found["crack_displacement"].values[-1, dpc]).max() > 0.05 * MM
-
-
-def test_faces_move_apart_as_the_blocks_on_either_side_do(wall: xr.Dataset):
-    """Opening, slip and their signs, against the rigid motion of the two bricks at a joint."""
-    from damagepred.plotting.geometry import Motion, block_at, corners
-
-    profile = damagepred.crack_profile(wall)
-    joint = (profile["piece_kind"].values <= 1) & (profile["piece_on_path"].values >= 0)
-    start = np.column_stack([profile[f"piece_{a}_start"].values[joint] for a in "xy"])
-    end = np.column_stack([profile[f"piece_{a}_end"].values[joint] for a in "xy"])
-    along = (end - start) / np.hypot(*(end - start).T)[:, None]
-    left = np.column_stack((-along[:, 1], along[:, 0]))
-    at, step = np.column_stack([profile[f"piece_{a}"].values[joint] for a in "xy"]), 0.01
-    inside = at + 0.01 * ((start + end) / 2 - at)  # contacts at the ends of a joint lie at other bricks' corners, too
-    points, block = corners(wall)
-    motion = Motion.of(wall, -1)
-    moved = [motion.at(block_at(inside + s * step * left, points, block), at) for s in (1, -1)]
-    apart = moved[0] - moved[1]
-    tolerance = 0.01 * MM  # joints are elastic besides
-    np.testing.assert_allclose(profile["piece_displacement"].values[joint], np.hypot(*apart.T), atol=tolerance)
-    cracks = WallCracks(wall)
-    slope = {one.number: np.radians(one.crack.inclination) for one in cracks.states[-1]}
-    angle = np.array([slope[int(n)] for n in profile["piece_crack"].values[joint]])
-    expected = -apart[:, 0] * np.sin(angle) + apart[:, 1] * np.cos(angle)
-    np.testing.assert_allclose(profile["piece_width"].values[joint], expected, atol=tolerance)
-    assert profile["piece_width"].values[joint].max() > 1 * MM
-
-
 def test_numbers_are_kept_and_beginnings_are_told(found: xr.Dataset):
     number = found["crack"].values
     assert number.tolist() == list(range(1, len(number) + 1))
@@ -86,30 +42,6 @@ def test_numbers_are_kept_and_beginnings_are_told(found: xr.Dataset):
         if into:
             assert into < crack
             assert not there[-1, crack - 1]
-
-
-def test_a_sound_wall_has_none():
-    ds = damagepred.solve(
-        Scene(wall=Wall(length=1.2, height=0.3), movement=Movement(increments=1, central_deflection=1e-6))
-    )
-    found = damagepred.cracks(ds)
-    assert found.sizes["crack"] == 0
-    assert len(crack_frame(found)) == 0
-    assert damagepred.crack_profile(ds).sizes["piece"] == 0
-
-
-def test_tables_and_files(wall: xr.Dataset, found: xr.Dataset, tmp_path: Path):
-    assert (found.attrs["title"], found.attrs["scene"]) == ("weak wall", wall.attrs["scene"])
-    write_dataset(found, tmp_path / "cracks.nc")
-    back = read_dataset(tmp_path / "cracks.nc")
-    assert set(CRACK_VARIABLES) >= {n for n in back.variables if n not in ("increment", "central_deflection")}
-    np.testing.assert_array_equal(back["crack_width"].values, found["crack_width"].values)
-    last, every = crack_frame(found), crack_frame(found, None)
-    assert set(every["increment"]) > {int(found["increment"][-1])}
-    assert len(last) == np.isfinite(found["crack_length"].values[-1]).sum()
-    wide = last[last["crack_part"] == "wall"]["crack_width"].to_numpy()
-    assert (np.diff(wide) <= 0).all()
-    assert every["crack_orientation"].isin(["horizontal", "vertical", "stepped", "diagonal"]).all()
 
 
 def test_bricks_that_have_failed_join_cracks(wall: xr.Dataset, found: xr.Dataset):

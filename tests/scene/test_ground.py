@@ -4,13 +4,9 @@ import re
 import tomllib
 from pathlib import Path
 
-import pytest
-
 from damagepred.campaign.template import template
-from damagepred.errors import InputError
 from damagepred.guide import page
-from damagepred.scene import Joint, Mound, Movement, ReinforcedConcrete, Rig, Scene, Soil, Solver
-from damagepred.scene.assumed import ground_line
+from damagepred.scene import Joint, ReinforcedConcrete, Rig, Scene, Soil
 
 EVERYTHING = {
     "movement": {"shape": "jacks", "kind": "doming"},
@@ -32,24 +28,6 @@ EVERYTHING = {
 }
 
 
-@pytest.mark.parametrize(
-    ("movement", "said", "model"),
-    [
-        ("three_loads", None, "none"),
-        ("arc", "none", "none"),
-        ("parabola", "deformable", "deformable"),
-        ("jacks", None, "beam"),
-        ("mound", None, "beam"),
-        ("jacks", "beam", "beam"),
-        ("mound", "deformable", "deformable"),
-    ],
-)
-def test_the_movement_says_what_the_footing_is_unless_the_solver_does(movement: str, said: str | None, model: str):
-    scene = Scene(movement=Movement(shape=movement), solver=Solver(footing=said))
-    assert scene.footing_model == model
-    assert scene.movement.prescribed == (movement not in ("jacks", "mound"))
-
-
 def test_all_tables_come_back_from_toml():
     scene = Scene.from_dict(EVERYTHING)
     assert Scene.from_dict(tomllib.loads(scene.to_toml())) == scene
@@ -63,44 +41,6 @@ def test_all_tables_come_back_from_toml():
     assert (default.footing.joint, default.footing.concrete, default.footing.segment_length) == (None, None, None)
 
 
-@pytest.mark.parametrize(
-    ("place", "value"),
-    [
-        ("footing.joint.cohesion", 0.3e6),
-        ("footing.joint.fracture_energy", 20.0),
-        ("footing.concrete.cover", 0.05),
-        ("footing.concrete.tension_stiffening", 0.5),
-        ("footing.segment_length", 0.06),
-        ("rig.supports.2", 5.0),
-        ("rig.jacks.1", 1.5),
-        ("rig.jack_load", 5e3),
-        ("soil.shear_stiffness", 1e6),
-        ("mound.surface_movement", 0.06),
-        ("mound.table.2.2", 0.3),
-    ],
-)
-def test_nested_numbers_can_be_sampled(place: str, value: float):
-    scene = Scene.from_dict(EVERYTHING)
-    assert place in scene.number_places()
-    assert Scene.takes_number(place)
-    found = scene.with_values({place: value})
-    for step in place.split("."):
-        found = found[int(step) - 1] if step.isdigit() else getattr(found, step)
-    assert found == value
-
-
-def test_a_number_that_is_left_out_is_no_misspelling():
-    from damagepred.campaign.settings import StudySettings
-
-    with pytest.raises(InputError, match=r"mound\.exponent.*leaves this number out"):
-        StudySettings.from_dict(
-            {
-                "scene": {},
-                "variables": {"mound.exponent": {"distribution": "uniform", "lower": 1, "upper": 2}},
-            }
-        )
-
-
 # -- rig -------------------------------------------------------------------------------------------------------------
 
 
@@ -111,25 +51,7 @@ def test_places_at_the_very_ends_and_beyond_the_supports_are_accepted():
     Scene.from_dict({"rig": {"supports": [0.0, 60.0]}})  # not read with a prescribed movement
 
 
-def test_the_deflection_is_bounded_only_where_it_is_read():
-    far = {"central_deflection": 0.7}
-    load = {"control": "load", "jack_load": "1 kN"}
-    Scene.from_dict({"movement": far | {"shape": "mound"}})
-    Scene.from_dict({"movement": far | {"shape": "jacks"}, "rig": load})
-    for shape in ("three_loads", "jacks"):
-        with pytest.raises(InputError, match="tenth"):
-            Scene.from_dict({"movement": far | {"shape": shape}})
-
-
 # -- soil, footing ---------------------------------------------------------------------------------------------------
-
-
-def test_soil_swells_under_dishing_and_shrinks_under_doming():
-    soil = Soil(swelling_stiffness=2e6, shrinking_stiffness=7e6)
-    assert (soil.stiffness("dishing"), soil.stiffness("doming")) == (2e6, 7e6)
-    assert (soil.stiffness_along("dishing"), soil.stiffness_along("doming")) == (2e6, 7e6)
-    assert Soil(shear_stiffness=3e6).stiffness_along("doming") == 3e6
-    assert (Soil().stiffness("dishing"), Soil().stiffness("doming")) == (4e6, 5e6)
 
 
 def test_stiffness_of_the_soil_is_the_same_by_default_in_template_guide_statistics_and_study(data_folder: Path) -> None:
@@ -143,38 +65,3 @@ def test_stiffness_of_the_soil_is_the_same_by_default_in_template_guide_statisti
         assert house["scene"]["soil"][name] == house["variables"][f"soil.{name}"]["mean"] == expected
         for text in (template("wall", Path("a.toml")), guide):
             assert {float(v) for v in re.findall(rf'{name} = "([\d.]+) kPa/m"', text)} == {1e-3 * expected}
-
-
-@pytest.mark.parametrize(
-    ("tables", "said", "unsaid"),
-    [
-        ({}, ["y_s = 40 mm", "swelling soil of 4000 kPa/m"], ["H_s", "shrinking"]),  # e of dishing does not know H_s
-        ({"movement": {"kind": "doming"}}, ["y_s = 40 mm", "H_s = 4 m", "shrinking soil of 5000 kPa/m"], ["swelling"]),
-        ({"mound": {"surface_movement": 0.06}}, ["swelling soil of 4000 kPa/m"], ["y_s"]),
-        ({"soil": {"swelling_stiffness": 2e6}}, ["y_s = 40 mm"], ["soil of"]),
-        ({"mound": {"shape": "tree"}}, ["tree mound", "ground movement at the tree = 40 mm"], ["y_s", "H_s"]),
-    ],
-)
-def test_a_mound_without_its_tables_says_what_it_assumes(
-    tables: dict[str, dict], said: list[str], unsaid: list[str]
-) -> None:
-    movement = {"shape": "mound"} | tables.get("movement", {})
-    line = ground_line(Scene.from_dict(tables | {"movement": movement}))
-    assert line is not None
-    assert all(words in line for words in said)
-    assert not any(words in line for words in unsaid)
-
-
-def test_what_the_template_hints_at_is_a_study():
-    """Without their comment signs, the hints on mound and rig are tables that a scene takes."""
-    text = template("wall", Path("house.toml"))
-    start = text.index("# [scene.mound]")
-    block = text[start : text.index("[scene.loads]")]
-    hints = "\n".join(line.removeprefix("# ") for line in block.splitlines() if not line.startswith("# With"))
-    tables = tomllib.loads(hints)["scene"]
-    assert set(tables) == {"mound", "soil", "footing", "rig"}
-    assert tables["footing"]["concrete"]["bottom"] == "4-L12TM"
-    for shape in ("mound", "jacks"):
-        scene = Scene.from_dict(tables | {"movement": {"shape": shape}})
-        assert scene.mound == Mound(surface_movement=0.04, suction_depth=2.3)
-        assert scene.footing_model == "beam"

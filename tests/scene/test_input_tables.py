@@ -8,7 +8,7 @@ import pytest
 import damagepred
 from damagepred import Study
 from damagepred.errors import InputError
-from damagepred.scene import BaseMotion, Dynamics, Scene
+from damagepred.scene import Dynamics, Scene
 
 LEVELS = "x (m),level (mm)\n0,0\n1,-1.0\n2,-4.1\n3,-11.8\n4,-19.9\n"
 WALL = "[wall]\nlength = 4\nheight = 0.6\nblock_length = 0.5\nblock_height = 0.15\n"
@@ -22,19 +22,6 @@ def scene(folder: Path, text: str, keys: str = "", table: str = "movement") -> S
         head += ("" if "[mound]" in keys else "[mound]\n") + 'shape = "table"\n'
     (folder / "wall.toml").write_text(f'{WALL}{head}table = "levels.csv"\n', encoding="utf-8")
     return Scene.from_toml(folder / "wall.toml")
-
-
-@pytest.mark.parametrize(
-    "keys", ["", 'kind = "doming"', 'central_deflection = "5.85 mm"', "central_deflection = 0.00587"]
-)
-def test_levels_with_a_unit_have_sign_and_size(tmp_path: Path, keys: str) -> None:
-    found = scene(tmp_path, LEVELS, keys)
-    size = 5.87e-3 if "587" in keys else 5.85e-3
-    assert (found.movement.kind, found.movement.central_deflection) == ("doming", pytest.approx(size))
-    x, levels = np.arange(5.0), np.array([0.0, -1.0, -4.1, -11.8, -19.9])
-    np.testing.assert_allclose(found.movement.profile(x, 4.0), levels * 1e-3 * size / 5.85e-3, rtol=1e-12, atol=1e-15)
-    assert Scene.from_dict(found.to_dict()) == found, "archives hold the points themselves"
-    assert {"movement.kind", "movement.central_deflection"} <= (found.given or set())
 
 
 def test_the_same_levels_in_other_units_and_beside_a_study(tmp_path: Path) -> None:
@@ -160,21 +147,6 @@ def dynamics(folder: Path, record: str, keys: str = "", base: str = "") -> Dynam
 LATE = "t (s),a (m/s2)\n0,0\n5,0\n6,1\n8,-1\n9,0\n12,0\n"
 
 
-def test_a_run_covers_its_records(tmp_path: Path) -> None:
-    late = dynamics(tmp_path, LATE)
-    assert (late.run_duration, late.loading_end) == (12.0, 9.0)
-    assert dynamics(tmp_path, "t,a\n0,0\n0.2,1\n0.4,0\n").run_duration == 2.0
-    assert dynamics(tmp_path, LATE, base="start = 3").run_duration == 15.0
-    assert dynamics(tmp_path, LATE, keys="movement_time = 20").run_duration == 20.0
-    assert Dynamics(base=(BaseMotion(file=str(tmp_path / "q.csv")),)).run_duration == 12.0
-    pulse = BaseMotion(kind="half_sine", acceleration=1.0, duration=0.5, start=4.0)
-    assert Dynamics(base=(pulse,)).run_duration == 4.5
-    for text in ("t (ms),a (g)\n0,0\n200,0.1\n400,0\n", "t;a (cm/s2)\n0;0\n0,2;98,0665\n0,4;0\n"):
-        [motion] = dynamics(tmp_path, text).base
-        assert motion.file is None
-        np.testing.assert_allclose([motion.time, motion.values], [[0, 0.2, 0.4], [0, 0.980665, 0]])
-
-
 @pytest.mark.parametrize(
     ("record", "keys", "base", "said"),
     [
@@ -213,25 +185,6 @@ def test_a_run_that_ends_before_the_shaking_says_so_and_rest_waits_for_it(tmp_pa
     assert any("from 0.04 to 0.06 s" in said for said in wall_cautions(ds))
 
 
-def test_files_are_found_beside_the_scene_from_wherever(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder = tmp_path / "A"
-    folder.mkdir()
-    dynamics(folder, "t,a\n0,0\n0.2,1\n0.4,0\n")
-    (tmp_path / "q.csv").write_text("t,a\n0,0\n0.2,9\n0.4,0\n")
-    monkeypatch.chdir(tmp_path)
-    found = Scene.from_toml("A/wall.toml").dynamics
-    assert found is not None
-    assert found.base[0].values == (0.0, 1.0, 0.0)
-    (folder / "q.csv").unlink()
-    with pytest.raises(InputError, match=r"A.q\.csv: no such file"):
-        Scene.from_toml("A/wall.toml")
-
-
 @pytest.mark.parametrize(("roof", "newtons"), [("3 kN/m", 27e3), ("3 N/mm", 27e3), ("27 kN", 27e3), (27e3, 27e3)])
 def test_a_roof_is_given_in_all_or_per_length_of_the_wall(roof: object, newtons: float) -> None:
     assert Scene.from_dict({"wall": {"length": "9 m"}, "loads": {"roof": roof}}).loads.roof == pytest.approx(newtons)
-
-
-def test_a_roof_per_area_is_refused() -> None:
-    with pytest.raises(InputError, match="roof = '3 kPa': has the wrong kind of unit"):
-        Scene.from_dict({"loads": {"roof": "3 kPa"}})

@@ -2,17 +2,14 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from damagepred import Scene, damage, solve
+from damagepred import Scene, solve
 from damagepred.campaign.site_classes import site_line
 from damagepred.errors import InputError
 from damagepred.scene.assumed import ground_cautions
 from damagepred.uq.intensity import movement_words
-from tests.cli.conftest import Run, command
-
-__all__ = ["command"]
+from tests.cli.conftest import Run
 
 WALL = {"wall": {"length": 2.4, "height": 0.6, "block_length": 0.4, "block_height": 0.15}}
 TREE = {"shape": "tree", "surface_movement": "25 mm", "reach": 3.0}
@@ -22,29 +19,6 @@ SOIL = {"swelling_stiffness": 3.0e6, "shrinking_stiffness": 6.0e6}
 def on_ground(kind: str, mound: dict = TREE, **more: object) -> Scene:
     tables = {**WALL, "movement": {"shape": "mound", "kind": kind, "increments": 1}, "mound": mound, "soil": SOIL}
     return Scene.from_dict({**tables, **more})
-
-
-@pytest.mark.parametrize(
-    ("kind", "end", "stiffness"),
-    [("settle", -25.0, 6e6), ("heave", 25.0, 3e6), ("dishing", -25.0, 3e6), ("doming", 25.0, 6e6)],
-)
-def test_settle_goes_down_on_drying_soil_and_heave_up_on_wet_soil(kind: str, end: float, stiffness: float) -> None:
-    """At 1 m of 3 m (1 - 1/3)^2 = 4/9 of the 25 mm; the words of older files keep their stiffness."""
-    scene = on_ground(kind)
-    moved = 1e3 * scene.mound.profile(np.array([0.0, 1.0, 3.0]), 12.0, scene.movement.kind)
-    assert moved == pytest.approx([end, end * 4 / 9, 0.0])
-    assert scene.soil.stiffness(scene.movement.kind) == stiffness
-
-
-@pytest.mark.parametrize(
-    ("word", "kind"),
-    [("sagging", "dishing"), ("hogging", "doming"), ("edge heave", "dishing"), ("centre heave", "doming")],
-)
-def test_synonyms(word: str, kind: str) -> None:
-    scene = Scene.from_dict({"movement": {"kind": word, "stage": [{"kind": word, "central_deflection": 8e-3}]}})
-    assert (scene.movement.kind, scene.movement.stage[0].kind) == (kind, kind)
-    assert on_ground(word) == on_ground(kind)
-    assert damage.beam_strain(1e-3, 6.0, 2.4, word).bending == damage.beam_strain(1e-3, 6.0, 2.4, kind).bending
 
 
 @pytest.mark.parametrize("kind", ["settle", "heave"])

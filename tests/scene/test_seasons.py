@@ -12,72 +12,15 @@ from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.results.tables import path_columns, year_columns, year_frame
-from damagepred.scene import Movement, Seasons, SeasonStep
-from damagepred.uq.estimate import probability
+from damagepred.scene import Seasons, SeasonStep
 
 SMALL = {"wall": {"length": 1.44, "height": 0.6}, "dpc": {"course": 2}}
-
-
-def many(years: int = 40, count: int = 600, **keys: object) -> np.ndarray:
-    """Return the movements of many seeds (seeds, years, 2)."""
-    return np.array([Seasons(years=years, seed=k, **keys).movements() for k in range(count)]).reshape(count, years, 2)
-
-
-def test_trend_and_swing_without_scatter() -> None:
-    found = Seasons(years=3, trend="6 mm", swing="8 mm", swing_cov=0).movements()
-    np.testing.assert_allclose(found, [5e-3, -2e-3, 7e-3, 0, 9e-3, 2e-3], atol=1e-15)
-
-
-@pytest.mark.parametrize("correlation", [0.0, 0.4, 0.9])
-def test_swings_are_a_stationary_autoregressive_process(correlation: float) -> None:
-    found = many(swing="10 mm", swing_cov=0.2, correlation=correlation)
-    size = (found[..., 0] - found[..., 1]) / 10e-3
-    assert size.mean() == pytest.approx(1.0, abs=0.01)
-    np.testing.assert_allclose(size.std(axis=0), 0.2, rtol=0.15)  # of every year, the first and the last
-    deviation = size - 1.0
-    for lag in (1, 2):
-        covariance = (deviation[:, lag:] * deviation[:, :-lag]).mean()
-        assert covariance / 0.2**2 == pytest.approx(correlation**lag, abs=0.05)
-
-
-def test_wet_and_dry_years_shift_the_mean_of_a_year_alone() -> None:
-    found = many(swing="10 mm", swing_cov=0, shift="2 mm", correlation=0.5)
-    np.testing.assert_allclose(found[..., 0] - found[..., 1], 10e-3, atol=1e-15)
-    assert found.mean(axis=2).std() == pytest.approx(2e-3, rel=0.05)
-
-
-def test_a_swing_is_never_negative() -> None:
-    found = many(swing="10 mm", swing_cov=1.0)
-    assert (found[..., 0] >= found[..., 1]).all()
-    assert (found[..., 0] == found[..., 1]).any()
 
 
 def test_a_leak_comes_stays_and_goes() -> None:
     leak = SeasonStep(year=1, movement="6 mm", rise=1, end=3)
     found = Seasons(years=4, swing=0, trend=0, step=(leak,)).movements()
     np.testing.assert_allclose(1e3 * found, [0, 0, 3, 6, 6, 0, 0, 0], atol=1e-12)
-
-
-def test_a_step_comes_in_its_share_of_the_samples() -> None:
-    rare = SeasonStep(year=1, movement="6 mm", rise=0, probability=0.25)
-    found = many(years=2, count=2000, swing="1 mm", swing_cov=0, step=(rare,))
-    assert (found[:, 1, 0] > 5e-3).mean() == pytest.approx(0.25, abs=0.03)
-
-
-def test_stages_follow_the_movements_on_both_sides() -> None:
-    seasons = Seasons(years=2, swing="8 mm", trend="2 mm", increments=3)
-    movement = Movement(kind="doming", seasons=seasons)
-    signed = [s.central_deflection * (1 if s.kind == "doming" else -1) for s in movement.stage]
-    np.testing.assert_allclose(signed, seasons.movements())
-    assert movement.central_deflection == max(map(abs, signed))
-    assert [s.time for s in movement.stage] == [0.5, 1.0, 1.5, 2.0]
-    assert movement.increment_count == 12
-
-
-def test_on_a_mound_the_surface_moves() -> None:
-    tables = {"movement": {"shape": "mound", "seasons": {"years": 2, "swing": "20 mm"}}}
-    scene = Scene.from_dict({**SMALL, "footing": {"width": 0.3, "depth": 0.3}, **tables})
-    assert scene.mound.surface_movement == max(s.surface_movement for s in scene.movement.stage)
 
 
 @pytest.mark.parametrize(
@@ -92,11 +35,6 @@ def test_on_a_mound_the_surface_moves() -> None:
 def test_wrong_seasons_are_named(keys: dict, words: str) -> None:
     with pytest.raises(InputError, match=words):
         Scene.from_dict({"movement": {"seasons": keys}})
-
-
-def test_jacks_do_not_pull() -> None:
-    with pytest.raises(InputError, match="jacks push one way"):
-        Scene.from_dict({"movement": {"shape": "jacks", "seasons": {"years": 2}}})
 
 
 @pytest.mark.thorough
@@ -140,22 +78,6 @@ def of_years(category: list[list[int]], status: SampleStatus = SampleStatus.COMP
     )
 
 
-def test_categories_by_year_so_far_and_now() -> None:
-    """Of four walls one has closed again by year 2, so that one in two has been damaged, and one in four is."""
-    ds = of_years([[0, 1, 0], [0, 0, 2], [0, 0, 0], [0, 0, 0]])
-    rows = {c.name: [cell.split()[0] for cell in c.cells] for c in year_columns(ds)}
-    assert rows["category 1 or worse so far"] == ["0.25", "0.50"]
-    assert rows["category 1 or worse now"] == ["0.25", "0.25"]
-    assert rows["category 2 or worse so far"] == ["0.00", "0.25"]
-    frame = year_frame(ds)
-    assert frame.loc[(1, 2.0)]["so_far"] == 0.5
-    assert frame.loc[(2, 2.0)]["now"] == 0.25
-    assert frame["so_far"].between(frame["so_far_lower"], frame["so_far_upper"]).all()
-    band = probability(np.array([1.0, 1.0, 0.0, 0.0]))
-    cell = next(c for c in year_columns(ds) if c.name == "category 1 or worse so far").cells[1]
-    assert cell == f"0.50 ({band.lower:.2f} to {band.upper:.2f})"
-
-
 def test_a_wall_that_was_not_followed_counts_by_what_it_reached() -> None:
     ds = of_years([[0, 1, -1], [0, 0, 0]])
     rows = {c.name: [cell.split()[0] for cell in c.cells] for c in year_columns(ds)}
@@ -165,18 +87,3 @@ def test_a_wall_that_was_not_followed_counts_by_what_it_reached() -> None:
     failed = of_years([[0, 4, -1]], SampleStatus.FAILED)
     both = xr.concat([ds, failed], "sample")
     assert [c.cells for c in year_columns(both)] == [c.cells for c in year_columns(ds)]
-
-
-def test_defaults_of_seasons_are_named_with_their_units_and_those_given_are_not():
-    from damagepred.scene.assumed import assumed_seasons
-
-    given = {"movement": {"seasons": {"years": 3}}}
-    default = Scene.from_dict(given).movement.seasons
-    said = assumed_seasons(Scene.from_dict(given))
-    assert f"a mean swing of {1e3 * default.swing:g} mm" in said
-    assert default.swing < 1.0  # m
-    given["movement"]["seasons"]["swing"] = "7 mm"
-    assert not any("mean swing" in line for line in assumed_seasons(Scene.from_dict(given)))
-    assert not any(
-        "swing of" in line for line in assumed_seasons(Scene.from_dict(given), ["movement.seasons.swing_cov"])
-    )

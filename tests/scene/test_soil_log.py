@@ -1,15 +1,12 @@
 """From soil log to surface movement: closed forms, site classes, and the mound that follows."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-import tomli_w
-from scipy.integrate import quad
 
 from damagepred import Footing, Movement, Scene
-from damagepred.campaign.settings import StudySettings, read_frozen
+from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.site_classes import site_line, surface_movements
 from damagepred.errors import InputError
 from damagepred.scene import Seasons, SoilLayer, Suction, surface_movement
@@ -23,42 +20,6 @@ LOG = [{"thickness": "4 m", "shrink_swell_index": "4 %"}]
 
 def layer(thickness: float, index: float) -> SoilLayer:
     return SoilLayer(thickness=thickness, shrink_swell_index=index)
-
-
-def test_nothing_strains_below_the_depth_at_which_alpha_is_0() -> None:
-    """The integral of (1 - z) (1 - z/2) from 0 to 1 is 5/12."""
-    suction = Suction(change=1.0, cracked_share=0, restraint=1, restraint_depth=1)
-    assert surface_movement([layer(5, 0.03)], suction, 2.0) == pytest.approx(0.03 * 5 / 12, rel=1e-14)
-
-
-def test_any_log_is_the_integral() -> None:
-    layers, suction, depth = [layer(0.4, 0.01), layer(1.1, 0.06), layer(0.3, 0.0), layer(2, 0.03)], Suction(), 3.0
-    bottom = np.cumsum([x.thickness for x in layers])
-
-    def strain(z: float) -> float:
-        index = layers[int(np.searchsorted(bottom, z))].shrink_swell_index
-        alpha = 1.0 if z < 0.5 * depth else 2.0 - z / 5.0
-        return index * alpha * 1.2 * (1.0 - z / depth)
-
-    expected = quad(strain, 0.0, depth, points=[0.4, 1.5, 1.8], limit=200)[0]
-    assert surface_movement(layers, suction, depth) == pytest.approx(expected, rel=1e-8)
-
-
-def test_below_inert_soil_and_below_the_suction_nothing_moves() -> None:
-    shallow = surface_movement([layer(1, 0.04)], Suction(cracked_share=1, below_log="inert"), 2.0)
-    assert shallow == pytest.approx(0.04 * 1.2 * (1 - 0.25), rel=1e-14)
-    assert surface_movement([layer(1, 0.0), layer(9, 0.04)], Suction(), 1.0) == 0.0
-
-
-def test_the_mound_follows_from_the_log() -> None:
-    log = [{"thickness": "4 m", "shrink_swell_index": "4 %"}]
-    scene = Scene.from_dict({**FOOTED, "soil_layer": log, "mound": {"suction_depth": "2.3 m"}})
-    assert scene.mound.surface_movement == pytest.approx(surface_movement([layer(4, 0.04)], Suction(), 2.3))
-    assert Scene.from_dict(scene.to_dict()) == scene
-    softer = scene.with_values({"soil_layer.1.shrink_swell_index": 0.02})
-    assert softer.mound.surface_movement == pytest.approx(0.5 * scene.mound.surface_movement)
-    assert "change of suction 1.2 pF" in ground_line(scene)
-    assert "change of suction" not in ground_line(scene, ["suction.change"])
 
 
 @pytest.mark.parametrize(
@@ -121,38 +82,11 @@ def test_a_log_that_ends_above_the_suction_depth_is_refused_or_goes_on_as_asked(
         surface_movement([layer(1.5, 0.04)], Suction(), 3.0)
 
 
-def test_a_sampled_log_is_refused_where_it_ends_early() -> None:
-    depth = {"distribution": "uniform", "lower": 3.5, "upper": 4.5}
-    with pytest.raises(InputError, match=r"variables.\"mound.suction_depth\".*log ends at 4 m.*to 4.5 m"):
-        StudySettings.from_dict({"scene": {**FOOTED, "soil_layer": LOG}, "variables": {"mound.suction_depth": depth}})
-
-
 TWO = [{"thickness": 1, "shrink_swell_index": 0.01}, {"thickness": 5, "shrink_swell_index": 0.04, "name": "clay"}]
 
 
 def index(mean: float) -> dict:
     return {"distribution": "normal", "mean": mean, "cov": 0.1, "source": "test"}
-
-
-@pytest.mark.parametrize("place", ["soil_layer.clay.shrink_swell_index", "soil_layer.2.shrink_swell_index"])
-def test_a_layer_is_named_by_its_name_or_its_number_from_1(place: str) -> None:
-    tables = {
-        "scene": {**FOOTED, "soil_layer": TWO},
-        "variables": {place: index(0.04), "soil_layer.1.thickness": index(1.0)},
-        "correlation": {place: {"soil_layer.1.thickness": 0.5}},
-        "study": {"epistemic": {"less sure": {place: {"cov": 0.3}}}},
-    }
-    settings = StudySettings.from_dict(tables)
-    clay = "soil_layer.clay.shrink_swell_index"
-    assert list(settings.variables) == [clay, "soil_layer.1.thickness"]
-    assert (list(settings.correlation), list(settings.study.epistemic["less sure"])) == ([clay], [clay])
-    assert settings.scene.with_values({place: 0.05}).soil_layer[1].shrink_swell_index == 0.05
-    assert Scene.unit_of(clay) == "1"
-    assert Scene.unit_of("soil_layer.clay.thickness") == "m"
-    assert Scene.takes_number(clay)
-    assert not Scene.takes_number("soil_layer.clay.colour")
-    assert settings.other_means() == []
-    assert read_frozen(settings.to_toml()) == settings
 
 
 @pytest.mark.parametrize(
@@ -175,33 +109,6 @@ def test_one_number_named_twice_is_refused() -> None:
     both = {f"soil_layer.{step}.shrink_swell_index": index(0.04) for step in ("2", "clay")}
     with pytest.raises(InputError, match="is the same number as"):
         StudySettings.from_dict({"scene": {**FOOTED, "soil_layer": TWO}, "variables": both})
-
-
-def test_frozen_studies_of_older_versions_count_from_0_and_end_at_the_log() -> None:
-    """Version 7: soil_layer.1 was the second layer, and nothing moved below the log."""
-    scene = {**DEEP, "soil_layer": [{**SHORT[0], "shrink_swell_index": 0.01}, SHORT[1]]}
-    place = "soil_layer.1.shrink_swell_index"
-    older = {"scene": scene, "variables": {place: index(0.04), "soil_layer.0.thickness": index(0.5)}}
-    older["correlation"] = {place: {"soil_layer.0.thickness": 0.5}}
-    settings = read_frozen(tomli_w.dumps(older))
-    assert list(settings.variables) == ["soil_layer.2.shrink_swell_index", "soil_layer.1.thickness"]
-    assert settings.correlation == {"soil_layer.2.shrink_swell_index": {"soil_layer.1.thickness": 0.5}}
-    assert settings.scene.suction.below_log == "inert"
-    assert read_frozen(settings.to_toml()) == settings
-
-
-def test_each_mean_that_is_not_the_scenes_value_is_named() -> None:
-    variables = {
-        "joint.friction": {"distribution": "normal", "mean": 0.5, "cov": 0.1},
-        "joint.cohesion": {"distribution": "lognormal", "mean": "0.375 MPa", "cov": 0.5},
-        "joint.tensile_strength": {"distribution": "lognormal", "median": "0.453 MPa", "dispersion": 0.5},
-        "block.density": {"distribution": "uniform", "lower": 1800, "upper": 2000},
-    }
-    settings = StudySettings.from_dict({"scene": {}, "variables": variables})
-    assert settings.other_means() == [
-        "variable joint.friction: mean 0.5, the scene has 0.75; walls follow the variable",
-        "variable block.density: mean 1900 kg/m³, the scene has 2000 kg/m³; walls follow the variable",
-    ]
 
 
 def test_the_climatic_zone_gives_depth_and_change_of_suction_where_they_are_not_given() -> None:
@@ -242,15 +149,6 @@ def test_the_log_gives_the_size_of_the_seasons() -> None:
     assert "a mean swing of 0.6 y_s" in assumed_seasons(
         replace(scene, movement=Movement(shape="mound", seasons=Seasons()))
     )
-
-
-def test_a_swing_beside_a_log_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "wall.toml").write_text(
-        "[movement]\nshape = 'mound'\n[movement.seasons]\nswing = 0.02\n"
-        "[[soil_layer]]\nthickness = 4\nshrink_swell_index = 0.04\n"
-    )
-    with pytest.raises(InputError, match=r"follows from .*soil_layer.*; give swing_share"):
-        Scene.from_toml(tmp_path / "wall.toml")
 
 
 def test_site_classes_have_the_probabilities_of_the_lognormal_index() -> None:

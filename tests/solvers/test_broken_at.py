@@ -31,50 +31,6 @@ def broken_at(increments: int, **solver: object) -> np.ndarray:
     return share
 
 
-def test_the_first_break_does_not_depend_on_the_increments():
-    coarse, fine = (np.nanmin(broken_at(n)) for n in (2, 32))
-    assert 0.0 < fine < 0.5
-    assert coarse == pytest.approx(fine, rel=0.01)
-
-
-def test_bonds_that_soften_by_slip_have_a_load_factor_of_failure():
-    """The first slip of a bond that softens by slip is recorded as its failure, without an event."""
-    joint = Joint(tensile_strength=15e3, cohesion=12e3, friction=0.8, fracture_energy=50.0, shear_fracture_energy=100.0)
-    scene = replace(WALL, joint=joint, dpc=None, movement=replace(WALL.movement, increments=4))
-    ds = solve(scene)
-    cracked, at, progress = ds["contact_state"].values == 1, ds["contact_broken_at"].values, ds["progress"].values
-    np.testing.assert_array_equal(np.isfinite(at), cracked[-1])
-    first = cracked.argmax(axis=0)[cracked[-1]]
-    assert (at[cracked[-1]] <= progress[first]).all()
-    assert (at[cracked[-1]] > progress[first - 1]).all()
-    assert np.isfinite(at).sum() > 10
-
-
-@pytest.mark.parametrize("share", [0.23, 0.61])
-def test_a_repeated_step_records_no_failure(share: float):
-    """Slip begins at u_p = C / k_s, at that load factor. A rejected long step records nothing."""
-    joint = Joint(tensile_strength=1e6, cohesion=0.2e6, friction=0.0, fracture_energy=50.0, shear_fracture_energy=100.0)
-    begins = joint.cohesion / joint.shear_stiffness
-    found = []
-    for tolerance in (1e-2, 1e-3, 1e9):
-        wall = Assembly(gravity=(0.0, 0.0), joint=joint)
-        wall.support(wall.add_block(rectangle(-1.0, -0.1, 3.0, 0.0)))
-        brick = wall.add_block(rectangle(0.0, 0.0, 0.24, 0.075))
-        wall.support(brick)
-        wall.move(brick, x=begins / share)
-        ds = solve(wall, solver=Solver(lump_block_elasticity=False, step_energy_tolerance=tolerance), increments=1)
-        found.append(np.unique(ds["contact_broken_at"].values[np.isfinite(ds["contact_broken_at"].values)]))
-        assert (found[-1] >= share * (1 - 1e-9)).all()
-    assert found[2] == 1.0  # one step
-    assert found[0] < 1.0
-    assert found[1] <= found[0]
-
-
-def test_both_solvers_agree():
-    quasi, explicit = np.nanmin(broken_at(8)), np.nanmin(broken_at(8, method="explicit"))
-    assert explicit == pytest.approx(quasi, abs=1.5 / 100 / 8)  # a ramp has 100 stages, the steepest 1.5 times as long
-
-
 @pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 def test_no_bond_breaks_beyond_the_collapse_that_ends_a_path(method):
     """A dry block slides at 0.3 of a push that shears the bond of another one at 0.8."""

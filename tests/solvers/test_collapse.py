@@ -1,7 +1,5 @@
 """A wall collapses just above its limit load, and stands just below it."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -10,8 +8,6 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Footing, Joint, Movement, Rig, Scene, Solver, Wall
 from damagepred.solvers import solve_path
-from damagepred.solvers.explicit.collapse_mechanism import CYCLES_PER_HALF_ROUND, SPEED_FACTOR, is_mechanism
-from damagepred.solvers.options import DEFAULTS
 
 METHODS = pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 
@@ -26,20 +22,6 @@ def on_plate(width: float, height: float, friction: float, lean: float) -> Assem
 
 
 @METHODS
-@pytest.mark.parametrize(("width", "height", "friction"), [(0.3, 0.3, 0.2), (0.2, 0.4, 0.75), (0.05, 1.0, 2.0)])
-@pytest.mark.parametrize(("share", "falls"), [(0.99, False), (1.01, True)])
-def test_a_block_slides_at_mu_and_topples_at_b_over_h(
-    method: str, width: float, height: float, friction: float, share: float, falls: bool
-) -> None:
-    settings = Solver(method=method, tolerance=None if method == "quasi_static" else 1e-5)  # type: ignore[arg-type]
-    model = on_plate(width, height, friction, share * min(friction, width / height)).build(settings)
-    last = list(solve_path(model, settings, 1))[-1]
-    assert last.collapsed == falls
-    assert np.isfinite(last.unbalanced_force_ratio)
-    assert (last.number == 0) == falls
-
-
-@METHODS
 def test_a_pushed_wall_that_creeps_above_its_limit_load_has_collapsed(method: str) -> None:
     """Three courses, 1 % above the sliding load: collapse at the limit, although they hardly accelerate."""
     wall = on_plate(0.4, 0.1, 0.3, 0.0)
@@ -50,51 +32,6 @@ def test_a_pushed_wall_that_creeps_above_its_limit_load_has_collapsed(method: st
     last = list(solve_path(wall.build(settings), settings, 1))[-1]
     assert last.collapsed
     assert last.last_stable_load_factor == pytest.approx(1 / 1.01, abs=2e-3)
-
-
-class Gliding:
-    """A block that moves by a given displacement in each half of a round, then rests, under a load."""
-
-    def __init__(self, ways: tuple[float, float], draws: float) -> None:
-        wall = Assembly()
-        wall.support(wall.add_block(rectangle(-1.0, -1.0, 2.0, 0.0)))
-        wall.add_block(rectangle(0.0, 0.0, 0.3, 0.2))
-        self.model, self.settings, self.ways = wall.build(), Solver(), list(ways)
-        self.options = DEFAULTS
-        zeros = np.zeros(self.model.size)
-        self.free, self.along = np.arange(3, 6), 3
-        load = zeros.copy()
-        load[self.along] = draws
-        self.load_factor, self.load_share = 0.0, 1.0
-        self.motion = SimpleNamespace(
-            displacement=zeros.copy(),
-            velocity=zeros.copy(),
-            inverse_mass=np.ones_like(zeros),
-            load=load,
-            live_load=zeros,
-        )
-
-    def cycle(self, count: int) -> None:
-        self.motion.displacement[self.along] += self.ways.pop(0)
-
-    def unbalanced_force_ratio(self) -> np.ndarray:
-        return np.zeros(1)
-
-
-@pytest.mark.parametrize(
-    ("ways", "draws", "factor"),
-    [
-        ((1e-4, 2e-4), 1.0, SPEED_FACTOR),
-        ((2e-4, 1e-4), 1.0, 1.0),  # it slows down
-        ((1e-4, 2e-4), -1.0, 1.0),  # the driving force is not a load
-    ],
-)
-def test_only_motion_that_accelerates_under_its_load_is_continued(
-    ways: tuple[float, float], draws: float, factor: float
-) -> None:
-    run = Gliding(ways, draws)
-    assert not is_mechanism(run)  # type: ignore[arg-type]
-    assert run.motion.velocity[run.along] == pytest.approx(factor * ways[1] / CYCLES_PER_HALF_ROUND)
 
 
 @pytest.mark.quick_cases

@@ -12,11 +12,8 @@ import pytest
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Joint, Solver
-from damagepred.solvers import solve_path
-from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
-from damagepred.solvers.quasi_static.continuation import LEAST_HALVINGS, Continuation
+from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 
 CONTROL = DEFAULTS.continuation
@@ -69,56 +66,3 @@ def test_the_bracket_ends_where_a_wall_stands_in_smaller_steps(monkeypatch: pyte
     assert path.advance(1.0, 1.0) == np.inf
     assert fell[0] - CONTROL.collapse_bracket <= path.last_stable_load_factor <= fell[0]
     assert path.state.load_factor == fell[0]
-
-
-def test_a_wall_above_its_limit_load_collapses_in_a_few_ten_thousand_cycles(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ten slender courses alternate between sticking and slipping as they collapse."""
-    cycles = []
-
-    class Counted(DampedTimeStepping):
-        def cycle(self, count: int) -> None:
-            cycles.append(count)
-            super().cycle(count)
-
-    monkeypatch.setattr(relaxation, "DampedTimeStepping", Counted)
-    path = Continuation(pushed(2, 10, 1.5), Solver())
-    path.advance(1.0, 0.0)
-    path.advance(1.0, 0.1)
-    _, worst = path.snap_through(path.state.at(1.0, 0.45), path.state.load_factor)
-    assert worst == np.inf
-    assert sum(cycles) < 60_000
-
-
-def test_blocks_on_a_moving_support_may_move_farther_than_ten_walls() -> None:
-    """Blocks that move with a support are not detached, at any displacement."""
-    wall = Assembly(joint=DRY)
-    support = wall.add_block(rectangle(0.0, 0.0, 0.1, 0.1))
-    wall.add_block(rectangle(0.0, 0.1, 0.1, 0.2))
-    wall.support(support)
-    wall.move(support, y=5.0)
-    last = list(solve_path(wall.build(Solver()), Solver(), 2))[-1]
-    assert not last.collapsed
-    np.testing.assert_allclose(last.displacement[:, 1], 5.0, rtol=1e-6)
-
-
-def pulled(way: float, joint: Joint = DRY) -> Continuation:
-    """Return the path of a brick on a plate that is pulled from under it."""
-    wall = Assembly(joint=joint)
-    wall.support(wall.add_block(rectangle(-1.0, -0.075, 1.0, 0.0)))
-    brick = wall.add_block(rectangle(0.0, 0.0, 0.24, 0.075))
-    wall.support(brick)
-    wall.move(brick, x=way, y=way)
-    wall.add_block(rectangle(0.24, 0.0, 0.48, 0.075))
-    path = Continuation(wall.build(Solver()), Solver())
-    path.advance(1.0, 0.0)
-    return path
-
-
-def test_steps_are_not_halved_without_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """If every equilibrium is distant, halving of the remaining step would not end."""
-    path = pulled(1e-5)
-    monkeypatch.setattr(Equilibrium, "find", lambda *_, **__: 1.0)
-    monkeypatch.setattr(path, "_allowed_halvings", LEAST_HALVINGS)  # halving was without success before
-    monkeypatch.setattr(path, "snap_through", within(2 * CONTROL.max_halvings, path.snap_through))
-    assert path.advance(1.0, 1.0) < path.tolerance
-    assert path.state.load_factor == 1.0

@@ -39,40 +39,6 @@ def test_condensed_and_full_systems_are_the_same(name: str, dpc: bool, deflectio
         assert condensed.energy.elastic_energy == pytest.approx(whole.energy.elastic_energy, rel=1e-5)
 
 
-def test_a_dilatant_joint_without_cohesion_slides_while_condensed() -> None:
-    """If it stuck, its tension would exceed the strength; it slides instead, dilates, and is compressed."""
-    scene = Scene.from_dict(
-        {
-            "wall": {
-                "length": 1.29,
-                "height": 0.1,
-                "thickness": 0.2,
-                "block_length": 0.43,
-                "block_height": 0.1,
-                "bond": "stack",
-            },
-            "block": {"elastic_modulus": 3.5e9, "density": 1900.0},
-            "joint": {
-                "normal_stiffness": 46e9,
-                "shear_stiffness": 18e9,
-                "tensile_strength": 0.17e6,
-                "cohesion": 0.0,
-                "friction": 0.7,
-                "residual_friction": 0.68,
-                "dilation": 0.4,
-            },
-            "footing": {"width": 0.55, "depth": 0.15, "elastic_modulus": 2e9, "poisson_ratio": 0.2, "density": 1900.0},
-            "movement": {"kind": "doming", "central_deflection": 1e-6, "increments": 1, "shape": "jacks"},
-            "rig": {"support": "held", "support_stiffness": 1e10, "control": "deflection"},
-        }
-    )
-    model = wall_model(scene)
-    level = [next(quasi_static_path(model, Solver(condense=condense), 1)) for condense in (True, False)]
-    assert np.abs(level[1].slip).max() > 1e-8
-    for name in ("slip", "opening", "displacement"):
-        np.testing.assert_allclose(getattr(level[0], name), getattr(level[1], name), atol=1e-12)
-
-
 @pytest.mark.parametrize(("changed", "reused"), [("tensile_strength", True), ("shear_stiffness", False)])
 def test_walls_that_differ_in_strength_share_elastic_factors(
     changed: str, reused: bool, monkeypatch: pytest.MonkeyPatch

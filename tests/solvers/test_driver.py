@@ -3,15 +3,13 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import pytest
 
-from damagepred.assembly import Model, wall_model
+from damagepred.assembly import Model
 from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
 from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
 from damagepred.solvers.state.increment import Increment
-from tests.solvers.test_explicit_jacks import on_jacks
 from tests.solvers.walls import stack
 
 NONE = np.zeros((1, 1))
@@ -72,14 +70,6 @@ def wall(live: bool = False) -> Model:
     return replace(model, supports=model.supports._replace(live_load=load))
 
 
-def test_the_whole_movement_is_followed_in_equal_steps() -> None:
-    stepper = Scripted()
-    steps = list(follow_movement(stepper, wall(), 4))
-    assert stepper.tried == [0.0, 0.25, 0.5, 0.75, 1.0]
-    assert [s.number for s in steps] == [0, 1, 2, 3, 4]
-    assert not any(s.collapsed or s.ended for s in steps)
-
-
 def test_collapse_is_bisected_under_live_load_alone() -> None:
     last = list(follow_movement(Scripted(collapses_at=0.6), wall(), 4))[-1]
     assert (last.number, last.load_factor, last.last_stable_load_factor) == (3, 0.75, 0.5)
@@ -92,12 +82,3 @@ def test_collapse_is_bisected_under_live_load_alone() -> None:
 def test_bisection_ends_where_a_wall_neither_balances_nor_collapses() -> None:
     last = list(follow_movement(Scripted(collapses_at=0.6, hesitates=(0.6, 0.65)), wall(live=True), 4))[-1]
     assert (last.last_stable_load_factor, last.load_factor) == (0.5, 0.75)
-
-
-def test_the_path_ends_where_the_support_load_vanishes() -> None:
-    model = wall_model(on_jacks())
-    assert model.jacks is not None
-    stepper = Scripted(unloads_at=0.6)
-    last = list(follow_movement(stepper, model, 4))[-1]
-    assert (last.number, last.ended) == (3, model.jacks.stop)
-    assert last.load_factor == pytest.approx(0.6, abs=1e-9)

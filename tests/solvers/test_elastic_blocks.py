@@ -10,14 +10,8 @@ import pytest
 
 from damagepred import Assembly, InputError, Scene, solve
 from damagepred.assembly.assembly import rectangle
-from damagepred.kernels.dynamics.cycle import first_forces
-from damagepred.one_wall.judged_path import dynamic_run, model_of
+from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
-from damagepred.solvers import solve_path
-from damagepred.solvers.dynamics.body_motion import update_poses
-from damagepred.solvers.dynamics.energy_balance import EnergyTerms
-from damagepred.solvers.dynamics.run import DynamicRun
-from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 E, B, H, T = 9e9, 0.24, 0.075, 0.11
 PLATE = 0.1  # length of a plate, half of which is lumped into the joint on either side
@@ -50,35 +44,6 @@ def strip(angle: float = 0.0, **joint: float) -> tuple[Assembly, list[int]]:
     return wall, plates
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.4])
-def test_a_brick_stretches_as_a_bar_in_series_with_its_joints(angle: float) -> None:
-    wall, (_, brick, right) = strip(angle)
-    pull = 1e-5
-    wall.move(right, x=pull * np.cos(angle), y=pull * np.sin(angle))
-    model = wall.build(Solver(blocks="elastic"))
-    *_, end = solve_path(model, Solver(blocks="elastic"), 1)
-    stress = pull / (2 / 82e9 + (B + PLATE) / E)
-    assert end.strain is not None
-    assert end.strain[brick, 0] == pytest.approx(stress / E, rel=1e-9)
-    np.testing.assert_allclose(end.normal_stress, stress, rtol=1e-9)
-
-
-def test_a_brick_bends_as_a_beam_in_series_with_its_joints() -> None:
-    wall, (left, brick, right) = strip()
-    turn = 1e-4
-    wall.move(left, rotation=-turn)
-    wall.move(right, rotation=turn)
-    model = wall.build(Solver(blocks="elastic"))
-    *_, end = solve_path(model, Solver(blocks="elastic"), 1)
-    second_moment = T * H**3 / 12
-    moment = 2 * turn / (2 / (82e9 * second_moment) + (B + PLATE) / (E * second_moment))
-    assert end.strain is not None
-    assert end.strain[brick, 1] == pytest.approx(moment / (E * second_moment), rel=1e-9)
-    # the plates turn about their middles, and the ends of the brick go up against its mean
-    down = turn * PLATE / 2 + end.strain[brick, 1] * B**2 / 12
-    assert end.displacement[brick, 1] == pytest.approx(-down, rel=1e-9)
-
-
 def test_only_rectangles_that_are_not_held_are_elastic() -> None:
     wall, (_, brick, _) = strip()
     other = wall.add_block([(0.0, H), (B, H), (B / 2, 2 * H)])
@@ -96,71 +61,7 @@ def test_explicit_solver_gives_the_same() -> None:
         np.testing.assert_allclose(explicit[name], quasi[name], atol=1e-3 * float(np.abs(quasi[name]).max()))
 
 
-def test_a_column_spreads_under_its_weight() -> None:
-    """Each brick by Poisson's ratio times its mean pressure over E; the column goes down as one of rigid bricks."""
-    nu, count = 0.3, 4
-    material = BlockMaterial(elastic_modulus=E, poisson_ratio=nu, density=2000.0)
-    wall = Assembly(thickness=T, joint=Joint(shear_stiffness=1.0), block=material)
-    for i in range(count):
-        wall.add_block(rectangle(0.0, i * H, B, (i + 1) * H))
-    wall.rest_on_ground([0])
-    found = {}
-    for blocks in ("rigid", "elastic"):
-        settings = Solver(blocks=blocks, lump_block_elasticity=True)
-        found[blocks], *_ = solve_path(wall.build(settings), settings, 1)
-    pressure = 2000.0 * 9.81 * H * (count - 0.5 - np.arange(count))
-    assert found["elastic"].strain is not None
-    np.testing.assert_allclose(found["elastic"].strain[:, 0], nu * pressure / E, rtol=1e-6)
-    down = [found[blocks].displacement[:, 1] for blocks in ("elastic", "rigid")]
-    np.testing.assert_allclose(*down, rtol=3e-3)  # the contraction is that of the mean pressure
-
-
-def test_energy_is_balanced() -> None:
-    ds = solve(scene(joint={"tensile_strength": 1e6, "cohesion": 1e6}))
-    assert ds.attrs["energy_error_share"] < 0.02
-    model = model_of(scene())
-    system = DiscreteSystem.of(model)
-    stiffness = system.elastic_stiffness
-    assert abs(stiffness - stiffness.T).max() < 1e-6 * abs(stiffness).max()
-
-
 DRY = {"tensile_strength": 0.0, "cohesion": 0.0}
-
-
-def held_in_place(angle: float) -> DynamicRun:
-    """Six bricks in running bond on the ground, turned, at the start of a run in time."""
-    wall = Assembly(
-        thickness=T, joint=Joint(tensile_strength=1e9, cohesion=1e9), block=BlockMaterial(elastic_modulus=E)
-    )
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    for i, (x, y) in enumerate([(0, 0), (1, 0), (-0.5, 1), (0.5, 1), (0, 2), (1, 2)]):
-        wall.add_block(np.array(rectangle(x * B, y * H, (x + 1) * B, (y + 1) * H)) @ turn.T)
-        if i == 0:
-            wall.support(i)
-    settings = Solver(blocks="elastic")
-    return dynamic_run(wall.build(settings), settings, Dynamics(duration=1e-4, outputs=1, start="unstressed"))
-
-
-@pytest.mark.quick_cases
-@pytest.mark.parametrize("angle", [0.0, 0.4])
-def test_forces_in_time_are_those_of_small_displacements(angle: float) -> None:
-    course = held_in_place(angle)
-    model, motion, strains = course.model, course.motion, course.motion.strains
-    assert strains is not None
-    system = DiscreteSystem.of(model)
-    small = 1e-9 * np.random.default_rng(2).standard_normal(model.size)
-    small[3 * model.n_blocks : 3 * model.n_blocks + 3] = 0.0
-    motion.displacement[:] = small[: motion.displacement.size].reshape(-1, 3)
-    strains.displacement[:-1] = small[system.strain_dofs].reshape(-1, 2)
-    update_poses(motion)
-    counts = EnergyTerms(np.zeros(4), np.zeros(3))
-    strains.force[:] = 0.0
-    first_forces(course.bodies, course.search.neighbours, motion, None, None, False, counts)
-    found = np.concatenate((motion.force.ravel(), strains.force[:-1].ravel()))
-    expected = -system.elastic_stiffness @ small
-    for part in (slice(0, 3 * model.n_blocks), system.strain_dofs):
-        np.testing.assert_allclose(found[part], expected[part], atol=1e-6 * np.abs(expected[part]).max())
-    assert course.frequency.touched > course.frequency.intact
 
 
 @pytest.mark.thorough

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse.linalg import eigsh
 
 from damagepred.assembly import Model, wall_model
 from damagepred.assembly.section import SectionMemory
@@ -15,12 +14,9 @@ from damagepred.scene import Dpc, Dynamics, Footing, Joint, Loads, Mound, Moveme
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.jack_servo import Pump
-from damagepred.solvers.explicit.scheme import DampedTimeStepping, scaled_mass
+from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.explicit.stepper import DEFLECTION_TOLERANCE, ExplicitStepper
-from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_forces, section_response_of
-from damagepred.solvers.system.loading_stages import unilateral_supports
-from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi
 
 WHOLE = Solver(method="explicit", symmetric_half=False)
 
@@ -92,34 +88,6 @@ def test_level_state_of_an_intact_wall_is_found_at_once() -> None:
     assert 3.0 * level.jack_load + support_loads(model, level) == pytest.approx(weight(model), rel=1e-6)
 
 
-def test_level_state_is_found_too_where_joints_fail() -> None:
-    scene = on_jacks(increments=1, rig=Rig(stop_at_zero=False))
-    model, settings = wall_model(scene), scene.solver
-    run = DampedTimeStepping(model, settings)
-    assert not run.start_from_elastic_solution()
-    level = next(solve_path(model, settings, 1))
-    exact = next(solve_path(model, replace(settings, method="quasi_static"), 1))
-    assert abs(level.deflection) <= DEFLECTION_TOLERANCE
-    assert level.jack_load == pytest.approx(exact.jack_load, rel=1e-3)
-    assert 3.0 * level.jack_load + support_loads(model, level) == pytest.approx(weight(model), rel=1e-3)
-
-
-@pytest.mark.parametrize("half", [False, True])
-@pytest.mark.parametrize(("kind", "deflection", "end"), [("dishing", 4e-4, "jacks"), ("doming", 4e-5, "supports")])
-def test_path_is_the_quasi_static_one_up_to_its_end(kind: str, deflection: float, end: str, half: bool) -> None:
-    scene = replace(on_jacks(kind, deflection), solver=replace(WHOLE, symmetric_half=half))
-    model, explicit, quasi_static = both(scene)
-    agree(model, explicit, quasi_static)
-    last = explicit[-1]
-    assert last.ended == end
-    assert 0.0 < last.load_factor < 1.0
-    for increment in explicit[:-1]:
-        sign = -1.0 if kind == "dishing" else 1.0
-        assert increment.deflection == pytest.approx(
-            sign * increment.load_factor * deflection, abs=DEFLECTION_TOLERANCE
-        )
-
-
 def test_the_load_of_the_jacks_may_be_prescribed() -> None:
     scene = on_jacks("doming", rig=Rig(control="load", jack_load=2200.0), increments=2)
     model, explicit, quasi_static = both(scene)
@@ -139,23 +107,6 @@ def test_the_pump_extrapolates_the_last_step() -> None:
         assert pump.line.volume_step == pytest.approx(pace, rel=1e-9)
 
 
-def test_masses_limit_oscillations_of_wall_and_line() -> None:
-    model = wall_model(on_jacks())
-    pump, damping, safety = Pump(model), 0.8, 0.9
-    mass = scaled_mass(model, damping, safety, pump)
-    free = DiscreteSystem.of(model).free_dofs
-    push = model.jacks.push[free] if model.jacks else np.empty(0)
-    stiffness = DiscreteSystem.of(model).elastic_stiffness[free][:, free].toarray() + pump.stiffness * np.outer(
-        push, push
-    )
-    root = 1.0 / np.sqrt(mass[free])
-    highest = float(eigsh(root[:, None] * stiffness * root, k=1, which="LA", return_eigenvectors=False)[0])
-    assert highest <= 4.0 / (1.0 + damping) * safety**2
-    # the jacks' own degrees of freedom would be too light without the line
-    alone = 1.0 / np.sqrt(scaled_mass(model, damping, safety)[free])
-    assert (alone[push != 0.0] > root[push != 0.0]).all()
-
-
 @pytest.mark.parametrize("damping", [0.05, 0.8])
 def test_line_and_control_are_stable(damping: float) -> None:
     """Blocks return to the level state after an impulse, even with little damping."""
@@ -173,32 +124,6 @@ def test_line_and_control_are_stable(damping: float) -> None:
     assert run.pump.load == pytest.approx(load, rel=1e-3)
     # upwards: only a soft guide restrains the footing along the wall
     assert np.abs(run.motion.displacement - level)[1::3].max() < 1e-3 * np.abs(level).max()
-
-
-def test_search_for_zero_load_converges_on_a_kinked_curve() -> None:
-    def load(progress: float) -> float:
-        return 10.0 - 100.0 * progress if progress < 0.09 else 1.0 - 2.0 * (progress - 0.09)
-
-    search = IllinoisRegulaFalsi((0.0, load(0.0)), (1.0, load(1.0)), tolerance=1e-6, bracket=1e-9)
-    tries = 0
-    while not search.converged:
-        at = search.next_trial()
-        search.update(at, load(at))
-        tries += 1
-    assert search.right[0] == pytest.approx(0.59, abs=1e-6)
-    assert tries <= 10
-
-
-def test_supports_are_unilateral_unless_they_hold_the_footing_down() -> None:
-    """Bearings that hold down are bilateral, for any residual strength."""
-    model = wall_model(on_jacks(rig=Rig(support="lift_off")))
-    supports = np.flatnonzero(model.interfaces.kind == ContactKind.SUPPORT)
-    assert supports.size == 2
-    np.testing.assert_array_equal(unilateral_supports(model), supports)
-    strength, left = model.properties.tensile_strength.copy(), model.properties.residual_tensile_strength.copy()
-    strength[supports], left[supports] = np.inf, 0.0
-    law = model.properties._replace(tensile_strength=strength, residual_tensile_strength=left)
-    assert unilateral_supports(replace(model, properties=law)).size == 0
 
 
 @pytest.mark.parametrize("method", ["explicit", "quasi_static"])

@@ -85,16 +85,6 @@ def test_there_and_back_makes_no_energy(ground: dict[str, str]) -> None:
     energy_balance(path)
 
 
-@pytest.mark.parametrize("joint", [{}, {"tensile_strength": 0.0, "cohesion": 0.0}], ids=["bonded", "dry"])
-def test_both_solvers_agree_on_soil_there_and_back(joint: dict[str, float]) -> None:
-    tables = {**history(-20e-3, 0.0, steps=4, shape="mound"), "joint": joint}
-    implicit, explicit = (
-        damagepred.solve(Scene.from_dict({**tables, "solver": {"method": m}})) for m in ("quasi_static", "explicit")
-    )
-    for name in ("central_deflection", "dpc_opening_max", "crack_width_max"):
-        np.testing.assert_allclose(implicit[name], explicit[name], rtol=0, atol=0.02e-3)
-
-
 def seasons_csv(folder: Path, text: str = "time,movement,increments\n0.5,-0.004,2\n1,0.002,2\n1.5,-0.004,2\n") -> Path:
     (folder / "seasons.csv").write_text(text)
     scene = '[wall]\nlength = 1.92\nheight = 0.6\n[dpc]\ncourse = 2\n[movement]\nhistory = "seasons.csv"\n'
@@ -166,19 +156,6 @@ def test_the_largest_of_the_stages_is_the_movement_where_nothing_else_is_said(sh
     assert python == scene
     with pytest.raises(InputError, match=r"\[\[movement.stage\]\] number 1, .* wrong kind of unit"):
         Scene.from_dict({"movement": {"shape": shape, "stage": [{size: "3 kg"}]}})
-
-
-def test_a_stage_of_time_or_strain_alone_stays_where_the_last_one_ended() -> None:
-    stages = [
-        {"time": 1.0, "strain": 1e-4, "increments": 1},
-        {"kind": "doming", "central_deflection": 0.004, "time": 2.0, "increments": 1},
-        {"time": 5.0, "increments": 2},
-    ]
-    scene = Scene.from_dict({"movement": {"kind": "doming", "stage": stages}})
-    history = scene.movement.increments_of_history()
-    assert history is not None
-    assert history.load_factors.tolist() == [0.0, 0.0, 1.0, 1.0, 1.0]
-    assert Scene.from_dict(scene.to_dict()) == scene
 
 
 def test_a_sampled_movement_scales_the_whole_history() -> None:

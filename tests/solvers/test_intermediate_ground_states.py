@@ -8,8 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from damagepred import Assembly
-from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.wall import wall_model
 from damagepred.scene import Dpc, Joint, Mound, Movement, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
@@ -62,24 +60,6 @@ def assert_same(one: Increment, other: Increment, tolerance: float) -> None:
     assert (one.state == other.state).mean() > 0.998
 
 
-@pytest.mark.parametrize("way", ["quasi_static", "whole"])
-@pytest.mark.parametrize(("shape", "kind"), MOUNDS)
-def test_a_path_read_in_between_is_the_path_to_the_smaller_surface_movement(shape: str, kind: str, way: str) -> None:
-    scene = on_mound(MOUNDS[shape, kind], kind, WAYS[way])
-    path = states(scene, 4)
-    for reached in (1, 2, 3):
-        smaller = states(on_mound(MOUNDS[shape, kind], kind, WAYS[way], reached / 4), reached)
-        assert_same(path[reached], smaller[-1], 1e-6)
-
-
-@pytest.mark.parametrize("way", ["explicit", "explicit whole"])
-@pytest.mark.parametrize(("shape", "kind"), [("walsh", "doming"), ("walsh", "dishing"), ("pipe", "doming")])
-def test_the_same_with_the_explicit_solver(shape: str, kind: str, way: str) -> None:
-    scene = on_mound(MOUNDS[shape, kind], kind, WAYS[way])
-    path, smaller = states(scene, 2), states(on_mound(MOUNDS[shape, kind], kind, WAYS[way], 0.5), 1)
-    assert_same(path[1], smaller[-1], 1e-6)
-
-
 @pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 def test_the_path_to_an_arc_passes_through_flatter_arcs(method: str) -> None:
     """The circle of half the deflection differs from half of the circle, by 4e-4 here."""
@@ -92,36 +72,6 @@ def test_the_path_to_an_arc_passes_through_flatter_arcs(method: str) -> None:
     path, smaller = states(scenes[0], 2), states(scenes[1], 1)
     assert_same(path[1], smaller[-1], 1e-6)
     assert np.abs(2 * path[1].displacement - path[2].displacement).max() > 1e-4
-
-
-def trough(x: np.ndarray, factor: float) -> np.ndarray:
-    """Settlement over an advancing tunnel: the trough moves along the wall, and widens."""
-    return -0.004 * factor * np.exp(-0.5 * ((x - 0.8 - 0.8 * factor) / (0.3 + 0.5 * factor)) ** 2)
-
-
-def on_trough(factor: float) -> Assembly:
-    wall = Assembly(joint=Joint(tensile_strength=2e5, cohesion=3e5))
-    for course in range(4):
-        for i in range(10):
-            wall.add_block(rectangle(0.24 * i, 0.1 * course, 0.24 * (i + 1), 0.1 * (course + 1)), course=course)
-    wall.rest_on_ground(range(10), growth=lambda x, part: trough(x, part * factor))
-    return wall
-
-
-@pytest.mark.parametrize("method", ["quasi_static", "explicit"])
-def test_parameters_of_a_trough_may_change_along_the_path(method: str) -> None:
-    solver = Solver(method=method, tolerance=1e-6 if method == "quasi_static" else 1e-4, ramp_cycles=2000)
-    path = list(solve_path(on_trough(1.0).build(solver), solver, 2))
-    half = list(solve_path(on_trough(0.5).build(solver), solver, 1))[-1]
-    assert_same(path[1], half, 1e-6)
-    # the opening of a bed joint on the ground is the displacement of its brick less that of the trough
-    model, last = on_trough(1.0).build(solver), path[2]
-    face, lowest = model.interfaces, slice(len(model.interfaces.x) - 10, None)
-    up = face.normal_y[lowest, None]
-    x = face.x[lowest, None] + face.contact_offset[lowest] * up
-    middles = 0.24 * np.arange(10)[:, None] + 0.12
-    above = last.displacement[:10, 1, None] + last.displacement[:10, 2, None] * (x - middles)
-    np.testing.assert_allclose(last.opening[lowest], np.abs(up) * (above - trough(x, 1.0)), atol=1e-9)
 
 
 def test_linear_interpolation_of_the_ground_is_accurate_enough() -> None:

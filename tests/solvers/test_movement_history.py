@@ -52,22 +52,6 @@ def test_the_worst_category_stays_and_is_judged_anew() -> None:
     assert (judged["damage_category_worst"].values == np.maximum.accumulate(judged["damage_category"].values)).all()
 
 
-@pytest.mark.parametrize("joint", [{}, DRY], ids=["bonded", "dry"])
-def test_the_dpc_closes_again_in_both_solvers(joint: dict[str, float]) -> None:
-    stages = stage("dishing", 4e-3, 4), stage("dishing", 0.0, 4)
-    quasi_static, explicit = (solved(*stages, joint=joint, solver={"method": m}) for m in ("quasi_static", "explicit"))
-    for path in (quasi_static, explicit):
-        assert path["dpc_opening_max"].values[-1] < 0.01e-3
-    np.testing.assert_allclose(quasi_static["dpc_opening_max"], explicit["dpc_opening_max"], rtol=0, atol=0.02e-3)
-
-
-def test_stages_of_time_alone_leave_the_ground_where_it_is() -> None:
-    strain = {"movement": {"stage": [{"time": 1.0, "strain": 1e-4}, {"time": 2.0, "strain": 2e-4}]}}
-    assert Scene.from_dict(strain).movement.central_deflection == 0.0
-    with pytest.raises(InputError, match="nothing moves; give a movement, a strain or creep"):
-        Scene.from_dict({"movement": {"stage": [{"time": 1.0}]}})
-
-
 def test_a_number_of_increments_beside_stages_is_refused() -> None:
     movement = {"central_deflection": 4e-3, "stage": [stage("dishing", 4e-3, 2)]}
     with pytest.raises(InputError, match="stages of the movement have their own"):

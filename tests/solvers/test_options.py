@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import damagepred
-from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.scene import Scene, Solver
@@ -24,23 +23,6 @@ from damagepred.solvers.options import (
     with_recorded_options,
 )
 from tests.solvers.walls import small_scene
-
-STUDY = """
-[study]
-samples = 2
-[scene.wall]
-length = 0.96
-height = 0.3
-[scene.movement]
-central_deflection = 2e-3
-increments = 2
-[scene.solver.advanced.continuation]
-event_tolerance = 0.02
-[variables."joint.tensile_strength"]
-distribution = "lognormal"
-mean = "0.3 MPa"
-cov = 0.3
-"""
 
 
 def advanced(**tables: Any) -> Solver:
@@ -82,11 +64,6 @@ def test_a_wrong_option_is_refused_in_one_sentence_before_anything_is_solved(
         damagepred.Study(StudySettings.from_dict({"scene": scene.to_dict(), "study": {}}))
 
 
-def test_a_table_is_needed() -> None:
-    with pytest.raises(InputError, match=r"\[solver.advanced\] newton = 3: must be a table"):
-        Scene.from_dict({"solver": {"advanced": {"newton": 3}}})
-
-
 def test_every_option_is_documented() -> None:
     for table, kind in option_classes().items():
         for field in dataclasses.fields(kind):
@@ -99,20 +76,6 @@ def test_all_values_are_recorded_with_a_wall() -> None:
     assert recorded["newton"]["max_iterations"] == 17
     assert recorded["coulomb"]["relaxation_factors"] == list(DEFAULTS.coulomb.relaxation_factors)
     assert recorded.keys() == option_classes().keys()
-
-
-@pytest.mark.thorough
-def test_a_replay_solves_with_what_was_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file, out = tmp_path / "study.toml", tmp_path / "study.dp"
-    file.write_text(STUDY)
-    damagepred.Study.from_toml(file).run(out)
-    assert json.loads(damagepred.open_study(out).attrs["solver_options"])["continuation"]["event_tolerance"] == 0.02
-    other = replace(DEFAULTS, newton=replace(DEFAULTS.newton, max_iterations=1))
-    monkeypatch.setattr("damagepred.solvers.options.DEFAULTS", other)  # of a later version
-    ds, comparison = replay(out, 1)
-    assert comparison.startswith("bit for bit")
-    recorded = json.loads(ds.attrs["solver_options"])
-    assert (recorded["newton"]["max_iterations"], recorded["continuation"]["event_tolerance"]) == (16, 0.02)
 
 
 def test_options_that_this_version_does_not_know_are_left_out() -> None:

@@ -9,24 +9,18 @@ import pytest
 
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
-from damagepred.enumerations import ContactKind, ContactState
 from damagepred.errors import ConvergenceError
-from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
-from damagepred.solvers import Increment, solve_path
+from damagepred.scene import Joint, Loads, Movement, Opening, Scene, Solver, Wall
+from damagepred.solvers import solve_path
 from damagepred.solvers.explicit.stepper import explicit_path
-from damagepred.solvers.quasi_static import stepper as quasi_static
 from damagepred.solvers.symmetry import HalfModel, reduce_by_symmetry
 from tests.solvers.walls import stack
-from tests.validation.test_quasi_static_balance import unbalanced
 
 QUASI_STATIC, EXPLICIT = Solver(method="quasi_static"), Solver(method="explicit", tolerance=1e-5)
-SOLVERS = [QUASI_STATIC, EXPLICIT]
 WEAK = Joint(tensile_strength=0.1e6, cohesion=0.1e6)
 EVEN, ODD = 2.4, 2.64
 """Lengths (m) with a perpend on the axis in the first course and a brick across it in the second, and the reverse."""
 MIDDLE = Opening(x=0.96, y=0.3, width=0.48, height=0.3)
-DOOR = Opening(kind="door", x=0.96, width=0.48, height=0.6)
-SIDES = (Opening(x=0.36, y=0.3, width=0.48, height=0.3), Opening(x=1.56, y=0.3, width=0.48, height=0.3))
 
 
 def scene(length: float = EVEN, bond: str = "running", kind: str = "dishing", **other: object) -> Scene:
@@ -50,13 +44,6 @@ def halved(model: Model) -> HalfModel:
 # -- the mirror, found anew by looking for the nearest ----------------------------------------------------------------
 
 
-def positions(model: Model) -> np.ndarray:
-    """Return the positions of the contacts, (m, q, 2)."""
-    face = model.interfaces
-    tangent = np.stack((face.normal_y, -face.normal_x), axis=-1)
-    return np.stack((face.x, face.y), axis=-1)[:, None] + face.contact_offset[..., None] * tangent[:, None]
-
-
 def nearest(points: np.ndarray, axis: float) -> np.ndarray:
     image = points * (-1.0, 1.0) + (2 * axis, 0.0)
     distance = np.hypot(*(points[:, None] - image[None]).T)
@@ -64,200 +51,10 @@ def nearest(points: np.ndarray, axis: float) -> np.ndarray:
     return distance.argmin(axis=1)
 
 
-def mirrored(model: Model, step: Increment) -> Increment:
-    """Return the mirror image of an increment, contact by contact."""
-    axis = (model.blocks.vertices[:, 0].min() + model.blocks.vertices[:, 0].max()) / 2
-    block = nearest(np.column_stack((model.blocks.x, model.blocks.y)), axis)
-    face = nearest(np.column_stack((model.interfaces.x, model.interfaces.y)), axis)
-    here = positions(model)
-    there = here * (-1.0, 1.0) + (2 * axis, 0.0)
-    point = np.abs(there[:, None] - here[face][:, :, None]).sum(axis=-1).argmin(axis=1)  # of i, as it is in its image
-    rows = np.repeat(face[:, None], point.shape[1], axis=1)
-    return replace(
-        step,
-        displacement=step.displacement[block] * (-1.0, 1.0, -1.0),
-        **{name: getattr(step, name)[rows, point] for name in ("opening", "normal_stress", "state")},
-        **{name: -getattr(step, name)[rows, point] for name in ("slip", "shear_stress")},
-    )
-
-
-def symmetric_part(model: Model, step: Increment) -> Increment:
-    """Return the symmetric part of an increment: the mean of it and its mirror image.
-
-    The position of a wall that slides at both ends, or of loose bricks, is not unique and need not be symmetric. The
-    mean of such a state and its image is a solution, too, and symmetric.
-    """
-    image = mirrored(model, step)
-    names = ("displacement", "opening", "slip", "normal_stress", "shear_stress")
-    return replace(step, **{name: (getattr(step, name) + getattr(image, name)) / 2 for name in names})
-
-
-def assert_near(one: np.ndarray, other: np.ndarray, share: float, least: float = 0.0) -> None:
-    np.testing.assert_allclose(one, other, rtol=0, atol=max(share * float(np.abs(other).max()), least))
-
-
-def compare(
-    model: Model, settings: Solver, increments: int, displacement: float, stress: float
-) -> list[tuple[Increment, Increment]]:
-    """Follow both ways; they agree up to those shares of the largest values."""
-    halved(model)
-    pairs = list(
-        zip(
-            solve_path(model, settings, increments),
-            solve_path(model, replace(settings, symmetric_half=False), increments),
-            strict=True,
-        )
-    )
-    weight = -model.supports.load.reshape(-1, 3)[:, 1].sum()
-    # stresses and what they make of the joints, that count as nothing
-    nothing = stress * model.mean_block_weight / float(model.interfaces.contact_area.max())
-    for one, whole in pairs:
-        other = symmetric_part(model, whole)
-        for name in ("displacement", "opening", "slip"):
-            assert_near(getattr(one, name), getattr(other, name), displacement, 1e-12)
-        for name in ("normal_stress", "shear_stress"):
-            assert_near(getattr(one, name), getattr(whole, name), stress, nothing)
-        if one.zones is not None and whole.zones is not None:
-            assert_near(one.zones.displacement, whole.zones.displacement, displacement, 1e-12)
-            assert_near(one.zones.stress, whole.zones.stress, stress, nothing)
-        # a joint without strength breaks by rounding where it carries nothing, which shows only where it opens
-        bare = (model.properties.tensile_strength == 0.0)[:, None] & (whole.opening < 1e-8)
-        np.testing.assert_array_equal(*((step.state == ContactState.CRACKED) & ~bare for step in (one, whole)))
-        assert one.base_reaction == pytest.approx(weight, rel=10 * settings.tolerance_used)
-        assert (one.number, one.load_factor, one.collapsed) == (whole.number, whole.load_factor, whole.collapsed)
-    return pairs
-
-
 # -- the same path ----------------------------------------------------------------------------------------------------
 
-NO_STRENGTH = Joint(tensile_strength=0.0, cohesion=0.0)
-LITTLE = {kind: Movement(kind=kind, central_deflection=0.5e-3, increments=1) for kind in ("dishing", "doming")}
-"""On a dpc bricks come to hang loose, and then lie now here, now there: before that."""
-WALLS = {
-    "even, dishing": scene(),
-    "even, doming": scene(kind="doming"),
-    "odd, dishing": scene(ODD),
-    "odd, doming": scene(ODD, kind="doming"),
-    "odd, doming on a dpc": replace(scene(ODD, dpc=Dpc(friction=0.4)), movement=LITTLE["doming"]),
-    "stack bond, joints on the axis": scene(EVEN, "stack"),
-    "stack bond, blocks on the axis": scene(ODD, "stack", "doming"),
-    "window on a dpc": replace(scene(opening=(MIDDLE,), dpc=Dpc(friction=0.4)), movement=LITTLE["dishing"]),
-    "window, doming": scene(kind="doming", opening=(MIDDLE,)),
-    "door": scene(opening=(DOOR,)),
-    "two windows on a dpc": replace(scene(opening=SIDES, dpc=Dpc()), movement=LITTLE["dishing"]),
-    "two windows, doming": scene(kind="doming", opening=SIDES),
-    "four midpoints": scene(solver=replace(QUASI_STATIC, quadrature="midpoint", contacts_per_interface=4)),
-    "no strength": scene(joint=NO_STRENGTH),
-    "no strength, on the steps of the increments": scene(
-        joint=NO_STRENGTH, solver=replace(QUASI_STATIC, step_energy_tolerance=1e9)
-    ),
-    "strength left, few contacts": scene(
-        joint=replace(WEAK, residual_cohesion=0.02e6), solver=replace(QUASI_STATIC, no_tension_subdivisions=1)
-    ),
-    "strength left": scene(joint=replace(WEAK, residual_cohesion=0.02e6)),
-    "dilation": scene(kind="doming", joint=replace(WEAK, dilation=0.1)),
-    "brittle shear": scene(kind="doming", joint=replace(WEAK, brittle_shear=True)),
-}
 
-
-@pytest.mark.quick_cases
-@pytest.mark.parametrize("name", WALLS)
-def test_small_walls_follow_the_same_path(name: str) -> None:
-    model, wall = wall_model(WALLS[name]), WALLS[name]
-    pairs = compare(model, wall.solver, wall.movement.increments, displacement=1e-5, stress=1e-4)
-    for one, _ in pairs:
-        assert np.abs(unbalanced(model, one)).max() <= 1.001 * one.unbalanced_force_ratio + 1e-8
-        assert one.unbalanced_force_ratio < QUASI_STATIC.tolerance_used
-    end = pairs[-1][0]
-    assert (end.state == ContactState.CRACKED).sum() > 10, "nothing happened"
-    assert np.abs(end.shear_stress).max() > 1e3
-
-
-SOFT_BRICKS = BlockMaterial(cohesion=0.15e6, friction=0.75, tensile_strength=0.1e6)
 ZONES = replace(QUASI_STATIC, blocks="deformable")
-WALLS_OF_ZONES = {
-    "even": scene(solver=ZONES),
-    "odd": scene(ODD, kind="doming", solver=ZONES),
-    "stack bond, joints on the axis": scene(EVEN, "stack", solver=ZONES),
-    "stack bond, blocks on the axis": scene(ODD, "stack", "doming", solver=ZONES),
-    "window, small zones": scene(opening=(MIDDLE,), solver=replace(ZONES, zone_size=0.03)),
-    "rigid above the dpc": replace(
-        scene(solver=replace(QUASI_STATIC, below_dpc="deformable"), dpc=Dpc()), movement=LITTLE["doming"]
-    ),
-    "bricks that yield": scene(solver=ZONES, block=SOFT_BRICKS),
-}
-
-
-@pytest.mark.quick_cases
-@pytest.mark.parametrize("name", WALLS_OF_ZONES)
-def test_deformable_walls_follow_the_same_path(name: str) -> None:
-    wall = WALLS_OF_ZONES[name]
-    yields = wall.block == SOFT_BRICKS  # its path depends on the steps
-    model = wall_model(wall)
-    pairs = compare(model, wall.solver, wall.movement.increments, 3e-4 if yields else 1e-4, 1e-2 if yields else 1e-4)
-    zones = pairs[-1][0].zones
-    assert zones is not None
-    assert (zones.state > 0).any() == yields
-    assert (pairs[-1][0].state == ContactState.CRACKED).sum() > 10, "nothing happened"
-
-
-@pytest.mark.quick_cases
-@pytest.mark.parametrize("length", [EVEN, ODD])
-@pytest.mark.parametrize("deflection", [5e-6, 1.5e-3])
-def test_the_explicit_solver_follows_the_same_path(length: float, deflection: float) -> None:
-    """Elastic, and open along the dpc. From 2 mm on, dynamics or rounding decides which joint slides first."""
-    settings = Solver(method="explicit", tolerance=1e-4, ramp_cycles=10_000)
-    strong = Joint(tensile_strength=1e6, cohesion=1e6)
-    wall = scene(length, joint=strong, dpc=Dpc() if deflection > 1e-3 else None)
-    model = wall_model(replace(wall, movement=Movement(central_deflection=deflection, increments=1)))
-    end = compare(model, settings, 1, displacement=2e-3, stress=2e-2)[-1][0]
-    assert (end.state == ContactState.CRACKED).any() == (deflection > 1e-3)
-    assert np.abs(end.normal_stress).max() > 1e4
-
-
-def two_piers(kink: float, fracture_energy: float | None = None) -> Model:
-    """Two piers side by side, weakly bonded, fixed to ground that rises towards their joint."""
-    wall = Assembly(joint=Joint(tensile_strength=50e6, cohesion=50e6))
-    for course in range(2):
-        for left in (0.0, 0.5):
-            wall.add_block(rectangle(left, 0.5 * course, left + 0.5, 0.5 * (course + 1)), course=course)
-    for left in (0, 2):
-        joint = Joint(tensile_strength=0.05e6, cohesion=0.1e6, fracture_energy=fracture_energy)
-        wall.set_joint(left, left + 1, joint)
-    wall.rest_on_ground([0, 1], lambda x: kink * (0.5 - np.abs(x - 0.5)))
-    return wall.build()
-
-
-@pytest.mark.parametrize("solver", SOLVERS, ids=lambda solver: solver.method)
-def test_a_joint_on_the_axis_opens_as_in_the_whole_wall(solver: Solver) -> None:
-    """The half has half of the opening, at the stress of the whole: elastic tension, then open."""
-    accuracy = {"displacement": 1e-3, "stress": 1e-2} if solver is EXPLICIT else {"displacement": 1e-6, "stress": 1e-6}
-    pulled, open_ = two_piers(1e-5), two_piers(4e-3)
-    axis = (pulled.interfaces.x == 0.5) & (pulled.interfaces.kind == ContactKind.HEAD_JOINT)
-    assert axis.sum() == 2
-    _, (one, whole) = compare(pulled, solver, 1, **accuracy)
-    assert whole.normal_stress[axis].max() > 1e4
-    assert one.opening[axis] * 2 * pulled.properties.normal_stiffness[axis][0] == pytest.approx(
-        2 * one.normal_stress[axis]
-    )
-    _, (one, whole) = compare(open_, solver, 1, **accuracy)
-    assert whole.opening[axis].max() == pytest.approx(2 * 4e-3 * 1.0, rel=0.02)  # both rotate about the foot
-    assert not one.slip[axis].any()
-    assert not one.shear_stress[axis].any()
-    assert (one.state[axis] == ContactState.CRACKED).any()
-    assert not (one.state[axis] == ContactState.SLIPPING).any()
-
-
-@pytest.mark.quick_cases
-@pytest.mark.parametrize("solver", SOLVERS, ids=lambda solver: solver.method)
-def test_a_joint_on_the_axis_softens_as_in_the_whole_wall(solver: Solver) -> None:
-    """Its tension softens to zero over 2 x 10 N/m / 0.05 MPa = 0.4 mm of opening, of which the half has 0.2 mm."""
-    model = two_piers(0.25e-3, fracture_energy=10.0)
-    axis = (model.interfaces.x == 0.5) & (model.interfaces.kind == ContactKind.HEAD_JOINT)
-    _, (one, whole) = compare(model, solver, 1, displacement=1e-3, stress=1e-2)
-    softening = (whole.state[axis] == ContactState.CRACKED) & (whole.normal_stress[axis] > 5e3)
-    assert softening.any()
-    np.testing.assert_allclose(one.normal_stress[axis][softening], whole.normal_stress[axis][softening], rtol=1e-2)
 
 
 # -- by hand ----------------------------------------------------------------------------------------------------------
@@ -276,20 +73,6 @@ def arch(stones: int, spread: float = 2e-3) -> Assembly:
     return wall
 
 
-@pytest.mark.parametrize("stones", [10, 11])
-def test_an_arch_on_moving_springers(stones: int) -> None:
-    """A joint on the crown, or a keystone; inclined joints, whose normals point up or to the right on both sides."""
-    wall = arch(stones)
-    if stones % 2:
-        wall.load(stones // 2, y=-500.0)
-    model = wall.build()
-    assert halved(model).n_blocks == (stones + 1) // 2
-    assert 0 < halved(model).geometry.mirror.reverses.sum() < len(model.interfaces.x)
-    pairs = compare(model, QUASI_STATIC, 4, displacement=1e-5, stress=1e-4)
-    assert (pairs[-1][0].state == ContactState.CRACKED).sum() > 1
-    assert np.abs(pairs[-1][0].displacement[:, 0]).max() > 1e-3
-
-
 def wall_by_hand() -> Assembly:
     wall = Assembly(joint=WEAK)
     for course in range(4):
@@ -301,20 +84,6 @@ def wall_by_hand() -> Assembly:
 
 
 # -- what the half is -------------------------------------------------------------------------------------------------
-
-
-def test_energies_of_the_half_are_doubled() -> None:
-    model = model_of()
-    whole = list(quasi_static.quasi_static_path(model, QUASI_STATIC, 4))[-1]
-    part = halved(model)
-    of_half = list(quasi_static.quasi_static_path(part, QUASI_STATIC, 4))[-1]
-    unfolded = part.expand(of_half)
-    for name in ("external_work", "elastic_energy", "friction_work", "released_energy"):
-        assert getattr(unfolded.energy, name) == 2 * getattr(of_half.energy, name)
-        assert getattr(unfolded.energy, name) == pytest.approx(getattr(whole.energy, name), rel=1e-4, abs=1e-3)
-    assert unfolded.base_reaction == 2 * of_half.base_reaction
-    assert unfolded.base_reaction == pytest.approx(whole.base_reaction, rel=1e-4, abs=1e-3)
-    assert (unfolded.number, unfolded.counters) == (of_half.number, of_half.counters)
 
 
 def test_geometry_is_halved_once_for_walls_that_share_it() -> None:
@@ -442,16 +211,6 @@ def leaning() -> Model:
 @pytest.mark.parametrize("name", NOT_SYMMETRIC)
 def test_asymmetric_walls_are_solved_in_full(name: str) -> None:
     assert reduce_by_symmetry(NOT_SYMMETRIC[name]()) is None
-
-
-def test_symmetric_supports_allow_the_reduction() -> None:
-    wall = wall_by_hand()
-    assert reduce_by_symmetry(wall.build()) is not None
-    for block in (5, 8):
-        wall.support(block, y=False, rotation=False)
-    part = halved(wall.build())
-    assert 3 * int(np.argmax(part.blocks.x)) not in part.supports.prescribed
-    assert len(part.supports.prescribed) == 2 * 2 + 1
 
 
 # -- the solvers' side ------------------------------------------------------------------------------------------------

@@ -8,7 +8,6 @@ import xarray as xr
 
 from damagepred import solve
 from damagepred.scene import BlockMaterial, ControlJoint, Dpc, Joint, Movement, Opening, Scene, Solver, Wall
-from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import continuation as path
 
 pytestmark = pytest.mark.quick_cases()
@@ -48,23 +47,6 @@ def test_weak_bonds_cost_little(strength: float, residual: float) -> None:
     assert ds["newton_iterations"].values.sum() < 25000
     assert ds["unbalanced_force_ratio"].values.max() < 1e-3
     assert ds["joint_law_violation"].values.max() < 2.1e-6 * 6700.0  # of the stress of a block's weight
-
-
-@pytest.mark.parametrize("strength", [0.0, 10.0])
-def test_groups_give_the_result_of_single_bonds(strength: float) -> None:
-    """The bonds release no energy: their order within a block's weight makes no difference."""
-    scene = replace(WALL, joint=replace(JOINT, tensile_strength=strength, residual_cohesion=0.0))
-    grouped = solve(scene)
-    explicit = solve(replace(scene, solver=replace(scene.solver, method="explicit")))
-    control = DEFAULTS.continuation
-    one_by_one = {
-        "weak_bond_overload": control.event_tolerance,
-        "weak_bond_group": 1.0 - control.simultaneous_failures,
-    }
-    single = solve(scene, solver=replace(scene.solver, advanced={"continuation": one_by_one}))
-    for other in (single, explicit):
-        np.testing.assert_allclose(opened(grouped)[2:], opened(other)[2:], rtol=0.02)
-        np.testing.assert_array_equal(grouped["damage_category"], other["damage_category"])
 
 
 def bricks_under_doming(strength: float) -> Scene:

@@ -19,7 +19,6 @@ from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.state.zone_history import exceeds_yield_limit
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from tests.assembly import reference
 
 QUASI = Solver(blocks="deformable", zone_size=0.06)
 EXPLICIT = dataclasses.replace(QUASI, method="explicit", tolerance=1e-5)
@@ -54,24 +53,6 @@ def test_one_course_of_zones_carries_its_own_weight(kind: str) -> None:
     ds = solve(Scene.from_dict(scene))
     assert (ds["unbalanced_force_ratio"] < 1e-6).all()
     np.testing.assert_allclose(ds["base_reaction"].values, 1.2 * 0.075 * 0.11 * 2000.0 * 9.81, rtol=1e-5)
-
-
-def test_condensed_blocks_are_equivalent_to_all_gridpoints() -> None:
-    """Voronoi cells of different shapes, and bricks of one shape, compared with the equations of all gridpoints."""
-    assembly = Assembly(block=BlockMaterial(elastic_modulus=5e8), joint=Joint(tensile_strength=1e9, cohesion=1e9))
-    for polygon in reference.voronoi(np.random.default_rng(3)):
-        assembly.add_block(polygon, zone_size=0.2)
-    low = [i for i, p in enumerate(assembly._polygons) if p[:, 1].min() < 1e-9]
-    assembly.rest_on_ground([i for i in low if (assembly._polygons[i][:, 1] < 1e-9).sum() > 1])
-    settings = Solver()
-    model = assembly.build(settings)
-    expected = DiscreteSystem.of(model).elastic_displacement()
-    assert expected is not None
-    found = next(iter(solve_path(model, settings, 1)))
-    assert found.zones is not None
-    assert model.mesh is not None
-    at = np.column_stack((expected[model.mesh.dof_x], expected[model.mesh.dof_y]))
-    np.testing.assert_allclose(found.zones.displacement, at, atol=1e-6 * np.abs(at).max())
 
 
 def test_bricks_of_one_shape_share_one_condensation() -> None:

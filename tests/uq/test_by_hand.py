@@ -10,7 +10,6 @@ from damagepred.errors import InputError
 from damagepred.uq.design import Sampler
 from damagepred.uq.estimate import Estimate
 from damagepred.uq.fields import JointPlaces, WallFields, stated_correlation
-from damagepred.uq.fragility.turnbull import Npmle
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_measure
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 from damagepred.uq.variable import JointField, Variable
@@ -21,24 +20,6 @@ def test_walls_and_fields_of_a_crossed_design() -> None:
     assert crossed.wall_of(np.arange(8)).tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
     assert [crossed.field_of(i) for i in range(8)] == [0, 1, 0, 1, 2, 3, 2, 3]
     assert plain.wall_of(np.arange(3)).tolist() == [plain.field_of(i) for i in range(3)] == [0, 1, 2]
-
-
-def test_quantiles_of_partly_or_never_known_values() -> None:
-    found = Npmle(np.array([0.0, 2.0, 5.0]), np.array([1.0, 3.0, np.inf]), np.array([0.25, 0.35, 0.4]))
-    assert [found.quantile(q) for q in (0.2, 0.25, 0.26, 0.6, 0.61)] == [1.0, 1.0, 3.0, 3.0, np.inf]
-    np.testing.assert_allclose(found.probability(np.array([0.9, 1.0, 2.9, 3.0])), [0.0, 0.25, 0.25, 0.6])
-    assert Npmle(*(np.empty(0) for _ in range(3))).quantile(0.5) == np.inf
-
-
-def test_a_coefficient_has_no_unit_where_the_mean_has_one() -> None:
-    """A mean of 0.5 MPa with a scatter of 30 %, between bounds in kPa."""
-    stated = Variable(
-        distribution="truncated_normal", mean="0.5 MPa", cov="30 %", lower="100 kPa", upper="2000 kPa"
-    ).frozen("joint.cohesion", "Pa")
-    assert stated.support() == pytest.approx((1e5, 2e6))
-    assert stated.mean() == pytest.approx(0.5e6, rel=0.02)
-    plain = Variable(distribution="lognormal", mean="0.5 MPa", cov="30 %").frozen("joint.cohesion", "Pa")
-    assert (plain.mean(), plain.std()) == pytest.approx((0.5e6, 0.15e6))
 
 
 PLACES = JointPlaces(

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import optimize, special
 from statsmodels.genmod.families import Binomial
 from statsmodels.genmod.families.links import Probit
 from statsmodels.genmod.generalized_linear_model import GLM
@@ -15,7 +14,6 @@ from statsmodels.miscmodels.ordinal_model import OrderedModel
 
 from damagepred.errors import InputError
 from damagepred.uq.fragility import (
-    capacities,
     fit_fragility,
     fit_lognormal,
     stripes_from_counts,
@@ -64,26 +62,6 @@ def test_the_ordinal_fit_is_that_of_statsmodels(seed: int) -> None:
     np.testing.assert_allclose(found.median, np.exp(thresholds / slope), rtol=1e-6)
     curves = fit_fragility(single_study(movement, category), model="common", categories=[1, 2, 3], bootstrap=0)
     np.testing.assert_allclose(curves["median"], found.median, rtol=1e-9)
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_paths_are_fitted_by_the_product_of_the_categories_likelihoods(seed: int) -> None:
-    """By Nelder and Mead, from the formula."""
-    ds = study(known(np.random.default_rng(seed), 60)[:, 1:], end=60.0, increments=30)
-    found = [capacities(ds, k) for k in (1, 2, 3)]
-    lower, upper = np.array([f.lower for f in found]), np.array([f.upper for f in found])
-    fit = fit_common(lower, upper)
-
-    def unlikely(at: np.ndarray) -> float:
-        with np.errstate(divide="ignore"):
-            a, b = ((np.log(v) - at[:3, None]) / np.exp(at[3]) for v in (lower, upper))
-        return -float(np.log(special.ndtr(b) - special.ndtr(a)).sum())
-
-    start = np.append(np.log(fit.median) + 0.1, np.log(fit.dispersion) - 0.1)
-    options = {"xatol": 1e-9, "fatol": 1e-12, "maxiter": 6000, "maxfev": 6000}
-    best = optimize.minimize(unlikely, start, method="Nelder-Mead", options=options).x
-    np.testing.assert_allclose(fit.median, np.exp(best[:3]), rtol=1e-6)
-    assert fit.dispersion == pytest.approx(np.exp(best[3]), rel=1e-6)
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)

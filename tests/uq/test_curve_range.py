@@ -11,7 +11,7 @@ from damagepred.errors import InputError
 from damagepred.exports import curves_frame, export_curves
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.uq.exceedance import exceedance
-from damagepred.uq.fragility import FragilityOptions, fit_fragility
+from damagepred.uq.fragility import fit_fragility
 from tests.uq.test_fragility import lognormal, study
 
 
@@ -91,25 +91,3 @@ def test_walls_damaged_before_any_movement_are_no_reason_of_never(model: str, wa
     if walls == 30 or model == "empirical":
         np.testing.assert_allclose(one["probability"], walls / 30)
         assert exceedance(ds, 1, 5.0).estimate.value == pytest.approx(walls / 30)
-
-
-def test_a_bound_without_a_band_is_no_interval() -> None:
-    one = fit_fragility(few(), categories=[1], bootstrap=0).isel(category=0)
-    assert str(one["fit_status"].values) == "extrapolated"
-    assert np.isnan(one["median_lower"])
-    assert np.isnan(one["median_upper"])
-
-
-def test_options_are_kept_and_recorded() -> None:
-    ds = study(lognormal(np.random.default_rng(1), 5.0, 0.4, 20), end=20.0)
-    plain = fit_fragility(ds, categories=[1], bootstrap=200)
-    asked = fit_fragility(
-        ds, categories=[1], bootstrap=200, options=FragilityOptions(posterior_below=10, caution_below=30)
-    )
-    assert "posterior_below = 100" in plain.attrs["fragility_options"]
-    assert "posterior_below = 10, " in asked.attrs["fragility_options"]
-    assert np.isnan(plain["resamples_fitted"][0])
-    assert float(asked["resamples_fitted"][0]) > 0.9
-    assert "rests on 20 walls" in str(asked["fit_note"].values[0])
-    with pytest.raises(InputError, match="posterior_draws"):
-        FragilityOptions(posterior_draws=0)

@@ -10,7 +10,7 @@ from scipy import special, stats
 from damagepred.errors import InputError
 from damagepred.scene.reading import build
 from damagepred.uq.design import Design
-from damagepred.uq.variable import JointField, Variable
+from damagepred.uq.variable import Variable
 
 PLACE = "joint.cohesion"
 
@@ -133,14 +133,6 @@ def test_samples_follow_the_stated_distribution(name: str):
 # -- values that come singly -------------------------------------------------------------------------------------------
 
 
-def test_discrete_values_come_as_often_as_their_weights_say():
-    written = {"distribution": "discrete", "values": ["8 mm", "6 mm", "10 mm"], "weights": [1, 3, 4]}
-    values, count = np.unique(sampled(written, "m", 8000), return_counts=True)
-    assert values.tolist() == pytest.approx([6e-3, 8e-3, 10e-3])
-    assert stats.chisquare(count, [3000, 1000, 4000]).pvalue > 1e-3
-    assert stats.chisquare(count, [3200, 900, 3900]).pvalue < 1e-3  # the test can fail
-
-
 def test_a_discrete_distribution_of_scipy():
     written = {"distribution": "scipy", "name": "poisson", "parameters": {"mu": 2.5, "loc": 1}}
     values = sampled(written, "1", 8000) - 1
@@ -149,49 +141,9 @@ def test_a_discrete_distribution_of_scipy():
     assert stats.chisquare(count, 8000 * np.append(expected, 1 - expected.sum())).pvalue > 1e-3
 
 
-def test_joints_without_bond():
-    """A share of joints that have none at all, the others lognormal: an atom and a density, joint by joint."""
-    sound = {"weight": 0.9, "distribution": "lognormal", "mean": 1.0, "cov": 0.3}
-    none = {"weight": 0.1, "distribution": "discrete", "values": [0.0]}
-    variable = build(Variable, {"distribution": "mixture", "components": [sound, none]}, "study.toml")
-    field = Variable(distribution="mixture", components=variable.components, field=JointField(course_correlation=0.4))
-    design = Design.make({PLACE: field}, {PLACE: "1"}, {}, "sobol", 1)
-    values = np.array([design.joint_values(i, np.arange(300) // 20)[PLACE] for i in range(40)])
-    assert (values == 0).mean() == pytest.approx(0.1, abs=4 * math.sqrt(0.09 / 12000 * 1.8))
-    s = math.sqrt(math.log(1.09))
-    independent = values[:, ::20].ravel()  # the first joints of each course
-    bonded = independent[independent > 0]
-    assert stats.kstest(np.log(bonded), stats.norm(-(s**2) / 2, s).cdf).pvalue > 1e-3
-    # the stated correlation is that of the variable, atom and all
-    pairs = values.reshape(40, 15, 20)
-    found = np.corrcoef(pairs[:, :, 1:].ravel(), pairs[:, :, :-1].ravel())[0, 1]
-    assert found == pytest.approx(0.4, abs=0.03)
-
-
-@pytest.mark.parametrize("z", [-8.0, -3.0, -1.0, 0.0, 2.0, 7.0])
-def test_quantiles_of_a_mixture_invert_its_distribution(z: float):
-    frozen = build(Variable, FAMILIES["mixture"][0], "").frozen(PLACE, "Pa")
-    x = frozen.quantile(np.array([z]))[0]
-    below, above = (
-        0.95 * special.ndtr(s * (x - 1e6) / 1e5) + 0.05 * special.ndtr(s * (x - 5e5) / 5e4) for s in (1, -1)
-    )
-    probability, wanted = (below, special.ndtr(z)) if z < 0 else (above, special.ndtr(-z))
-    assert probability == pytest.approx(wanted, rel=1e-8)
-
-
 # -- files of measured values ------------------------------------------------------------------------------------------
 
 MEASURED = "\n".join(["# bond wrench, site B", "unit, strength, age", "1, 0.41, 28", "", "2, 0.52, 28", "3, , 7"])
-
-
-def test_a_column_of_a_file_ends_up_in_the_study_in_si(tmp_path: Path):
-    (tmp_path / "bond.csv").write_text(MEASURED)
-    variable = Variable(distribution="empirical", file="bond.csv", column="strength", unit="MPa")
-    read = variable.with_values(PLACE, "Pa", tmp_path)
-    assert read.values == pytest.approx((0.41e6, 0.52e6))
-    assert read.file is read.column is read.unit is None
-    assert read.source == "bond.csv, column strength, 1 empty cells left out"
-    assert read.frozen(PLACE, "Pa").mean() == pytest.approx(0.465e6)
 
 
 def test_a_study_beside_its_file_keeps_the_values_themselves(tmp_path: Path):
@@ -225,12 +177,6 @@ def test_files_that_cannot_be_read(tmp_path: Path, change: dict, words: list[str
         Variable(**written).with_values(PLACE, "Pa", tmp_path)
     for word in [f'[variables."{PLACE}"]', *words]:
         assert word in str(caught.value)
-
-
-def test_a_word_in_a_column_of_numbers(tmp_path: Path):
-    (tmp_path / "bond.csv").write_text(MEASURED.replace("0.52", "0.52 MPa"))
-    with pytest.raises(InputError, match=r"line 5, strength = '0\.52 MPa': is no plain number"):
-        Variable(distribution="empirical", file="bond.csv", column="strength").with_values(PLACE, "Pa", tmp_path)
 
 
 # -- messages ----------------------------------------------------------------------------------------------------------

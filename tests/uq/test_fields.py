@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import wall_geometry
-from damagepred.campaign.sample import joint_places
 from damagepred.enumerations import ContactKind
-from damagepred.errors import InputError
-from damagepred.scene import Dpc, Opening, Scene, Wall
+from damagepred.scene import Dpc, Scene, Wall
 from damagepred.uq.design import Design
-from damagepred.uq.fields import course_autoregression, course_sequences
+from damagepred.uq.fields import course_sequences
 from damagepred.uq.variable import JointField, Variable
 
 TENSION, COHESION = "joint.tensile_strength", "joint.cohesion"
@@ -57,13 +55,6 @@ def along(fields: Fields, place: str, lag: int) -> float:
     return correlation(np.hstack([p[:, lag:] for p in pairs]), np.hstack([p[:, :-lag] for p in pairs]))
 
 
-@pytest.mark.parametrize("place", [TENSION, COHESION])
-def test_neighbours_in_a_course_are_correlated_as_stated(masonry: Fields, place: str):
-    assert along(masonry, place, 1) == pytest.approx(0.4, abs=0.015)
-    assert along(masonry, place, 2) == pytest.approx(0.16, abs=0.02)  # first order: 0.4 squared
-    assert along(masonry, place, 8) == pytest.approx(0.0, abs=0.02)
-
-
 def test_the_scatter_is_the_same_everywhere_and_at_the_first_joint_too(masonry: Fields):
     values = np.log(masonry.values[TENSION])
     sigma = np.sqrt(np.log(1 + 0.3**2))
@@ -78,39 +69,7 @@ def test_the_scatter_is_the_same_everywhere_and_at_the_first_joint_too(masonry: 
     assert np.abs(standard.var(axis=0) - 1).max() < 0.4
 
 
-@pytest.mark.parametrize("lags", [(0.6, 0.0), (0.0, 0.6), (0.7, 0.3)])
-def test_each_field_keeps_its_own_course_correlation_though_correlated_with_the_other(lags: tuple[float, float]):
-    fields = sample({TENSION: field(1e6, 0.1, lags[0], "normal"), COHESION: field(1e6, 0.1, lags[1], "normal")}, 0.5)
-    for place, lag in zip((TENSION, COHESION), lags):
-        assert along(fields, place, 1) == pytest.approx(lag, abs=0.025), place
-        standard = (fields.values[place] - 1e6) / 1e5
-        assert standard.var() == pytest.approx(1.0, abs=0.03)
-    tension, cohesion = fields.values[TENSION], fields.values[COHESION]
-    assert correlation(tension, cohesion) == pytest.approx(0.5, abs=0.02)
-    first = [fields.beds(c)[0] for c in range(3, 12)]
-    assert correlation(tension[:, first], cohesion[:, first]) == pytest.approx(0.5, abs=0.05)
-
-
-def test_a_smooth_field_cannot_follow_a_rough_one():
-    """A strongly and an uncorrelated field cannot be equal in every joint."""
-    variables = {TENSION: field(1e6, 0.1, 0.95), COHESION: field(1e6, 0.1, 0.0)}
-    with pytest.raises(InputError, match=r"by 0\.9502 and 0 from joint to joint"):
-        sample(variables, 0.9, 1)
-
-
 # -- the pieces --------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("rho", [0.0, 0.4, 0.95, -0.3])
-def test_noise_is_the_stated_recursion(rho: float):
-    random = np.random.default_rng(1)
-    sequence = np.repeat([0, 1, 2, 3, 4], [1, 5, 1, 2, 30])
-    innovation = random.standard_normal(len(sequence))
-    expected = []
-    for i, e in enumerate(innovation):
-        fresh = i == 0 or sequence[i] != sequence[i - 1]
-        expected.append(e if fresh else rho * expected[-1] + np.sqrt(1 - rho**2) * e)
-    np.testing.assert_allclose(course_autoregression(innovation, sequence, rho), expected, rtol=1e-12, atol=1e-14)
 
 
 def test_sequences_end_where_course_or_kind_changes():
@@ -118,15 +77,3 @@ def test_sequences_end_where_course_or_kind_changes():
     kind = np.array([0, 0, 1, 1, 1, 0, 0, 0], dtype=np.int8)
     x = np.array([0.1, 0.3, 0.2, 0.4, 0.1, 0.2, 0.4, 0.3])
     assert course_sequences(course, kind, x).tolist() == [0, 0, 1, 1, 2, 3, 3, 4]
-
-
-def test_an_opening_separates_neighbours():
-    course, kind = np.zeros(5, dtype=np.int64), np.zeros(5, dtype=np.int8)
-    x = np.array([0.12, 0.36, 0.60, 1.50, 1.74])
-    assert course_sequences(course, kind, x, apart=0.36).tolist() == [0, 0, 0, 1, 1]
-    scene = Scene(wall=Wall(length=2.4, height=0.6), opening=(Opening(x=0.96, y=0.15, width=0.48, height=0.45),))
-    joints, sequence = wall_geometry(scene).joints, joint_places(scene).sequence
-    beside = (joints.course == 4) & (joints.kind == 0)
-    left, right = beside & (joints.x < 1.0), beside & (joints.x > 1.4)
-    assert len(set(sequence[left])) == len(set(sequence[right])) == 1
-    assert not set(sequence[left]) & set(sequence[right])

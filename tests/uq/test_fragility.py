@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy import optimize, stats
 
 from damagepred.enumerations import SampleStatus
@@ -90,37 +88,6 @@ def test_exactly_known_capacities_in_closed_form():
     assert fit.dispersion == pytest.approx(np.log(values).std(), rel=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_counts_are_repetitions(seed: int):
-    """Also where rounding hides the last improvement of the likelihood: Newton's last step is taken all the same."""
-    lower, upper = brackets(lognormal(np.random.default_rng(seed), 8.0, 0.4, 30), np.arange(0.0, 13.0))
-    count = np.random.default_rng(seed).integers(0, 4, 30)
-    assert fit_lognormal(lower, upper, count)[:2] == pytest.approx(
-        fit_lognormal(np.repeat(lower, count), np.repeat(upper, count))[:2], rel=1e-12
-    )
-
-
-@pytest.mark.thorough
-@settings(max_examples=40, deadline=None, derandomize=True)
-@given(st.integers(0, 10**6), st.floats(1e-3, 1e3), st.floats(0.05, 1.5), st.integers(5, 60))
-def test_the_unit_of_the_movement_does_not_matter(seed: int, factor: float, dispersion: float, marks: int):
-    lower, upper = brackets(lognormal(np.random.default_rng(seed), 8.0, dispersion, 40), np.linspace(0, 20, marks))
-    fit, scaled = fit_lognormal(lower, upper), fit_lognormal(lower * factor, upper * factor)
-    assert fit.status == scaled.status or "finite dispersion" in fit.status
-    if fit.status == "fitted":
-        assert scaled.median == pytest.approx(fit.median * factor, rel=1e-6)
-        assert scaled.dispersion == pytest.approx(fit.dispersion, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("lower", "upper"),
-    [([np.nan, 1, 2], [1, 2, 3]), ([0, 1, 2], [1, np.nan, 3]), ([2, 1, 2], [1, 2, 3])],
-)
-def test_an_invalid_interval_is_refused(lower: list, upper: list):
-    with pytest.raises(InputError, match="lower <= upper without NaN"):
-        fit_lognormal(np.array(lower, dtype=float), np.array(upper, dtype=float))
-
-
 @pytest.mark.parametrize(
     ("lower", "upper", "status"),
     [
@@ -193,30 +160,6 @@ def coverage(end: float, confidence: float, repetitions: int = 60, walls: int = 
     return hits
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("end", [30.0, 7.0])
-def test_the_band_covers_the_true_value_about_nine_times_in_ten(end: float):
-    """At 7 mm 60 % of the walls are not yet damaged. 54 of 60 expected; a bootstrap of 60 walls is a little narrow."""
-    if end == 7.0:
-        assert stats.norm.sf(math.log(7.0 / TRUTH) / SCATTER) == pytest.approx(0.6, abs=0.02)
-    hits = coverage(end, 0.9)
-    for name, count in hits.items():
-        assert 45 <= count <= 59, (name, hits)
-
-
-def test_walls_that_were_not_yet_damaged_must_count():
-    """Without them median and dispersion are too small."""
-    capacity = lognormal(np.random.default_rng(5), TRUTH, SCATTER, 2000)
-    lower, upper = brackets(capacity, np.arange(0.0, 10.5, 0.5))
-    survived = np.isinf(upper)
-    assert 0.25 < survived.mean() < 0.4
-    whole, dropped = fit_lognormal(lower, upper), fit_lognormal(lower[~survived], upper[~survived])
-    assert whole.median == pytest.approx(TRUTH, rel=0.04)
-    assert whole.dispersion == pytest.approx(SCATTER, rel=0.08)
-    assert dropped.median < 0.85 * TRUTH
-    assert dropped.dispersion < 0.8 * SCATTER
-
-
 # -- reading a study ---------------------------------------------------------------------------------------------------
 
 
@@ -238,40 +181,6 @@ def failing(lost: bool = False) -> tuple[xr.Dataset, np.ndarray]:
     return ds, walls
 
 
-@pytest.mark.parametrize("lost", [False, True])
-def test_failed_walls_give_bounds_on_either_side(lost: bool):
-    ds, walls = failing(lost)
-    curve = fit_fragility(ds, categories=[1], bootstrap=20).isel(category=0)
-    assert int(curve["failed"]) == len(walls)
-    assert curve.attrs["samples_failed"] == len(walls)
-    assert int(curve["reached"] + curve["not_reached"]) == 80 - len(walls)
-    assert curve["median_failed_damaged"] < curve["median"] < curve["median_failed_undamaged"]
-
-
-@pytest.mark.parametrize(
-    ("capacity", "status"),
-    [
-        (np.full(20, 99.0), "never reached"),
-        (np.append([5.0, 7.0], np.full(18, 99.0)), "reached by fewer than 3 walls"),
-        (np.full(20, 5.5), "all walls within one increment: refine the increments"),
-    ],
-)
-def test_a_category_without_a_curve_has_a_reason_and_does_not_affect_the_others(capacity: np.ndarray, status: str):
-    other = np.linspace(2.2, 9.2, 20)
-    ds = study(np.column_stack((np.minimum(other, capacity), np.maximum(other, capacity))), end=20.0, increments=20)
-    ds["damage_category"].values[:] = (ds["central_deflection"].values >= capacity[:, None]).astype(np.int8)
-    curves = fit_fragility(ds, categories=[1], bootstrap=10)
-    assert str(curves["fit_status"].values[0]) == status
-    for name in ("median", "dispersion", "median_lower", "dispersion_upper"):
-        assert np.isnan(curves[name].values).all()
-    assert np.isnan(curves["probability"].values).all()
-    assert np.isnan(curves["probability_lower"].values).all()
-    if status != "never reached":
-        assert curves["empirical"].values.max() > 0  # the counts are still reported
-    else:
-        assert (curves["empirical"] == 0).all()
-
-
 def test_nan_at_the_movement_of_a_reached_category_is_refused():
     ds = study([[3.5], [4.5], [5.5], [6.5]], end=10.0, increments=10)
     ds["central_deflection"].values[1, 5] = np.nan  # the increment in which it is reached
@@ -280,27 +189,6 @@ def test_nan_at_the_movement_of_a_reached_category_is_refused():
 
 
 # -- what a reader gets ------------------------------------------------------------------------------------------------
-
-
-def test_bootstrap_is_the_same_for_the_same_seed_and_another_for_another():
-    ds = study(known(np.random.default_rng(1), 40))
-    first, again, other = (fit_fragility(ds, bootstrap=15, seed=s) for s in (4, 4, 5))
-    xr.testing.assert_identical(first, again)
-    assert not np.array_equal(first["median_lower"].values, other["median_lower"].values)
-    np.testing.assert_array_equal(first["median"].values, other["median"].values)
-    # and a category's band does not depend on which others are asked for
-    alone = fit_fragility(ds, bootstrap=15, seed=4, categories=[3])
-    np.testing.assert_array_equal(alone["probability_lower"][0], first["probability_lower"].sel(category=3))
-
-
-def test_crossing_curves_are_flagged():
-    random = np.random.default_rng(3)
-    first = lognormal(random, 10.0, 0.05, 200)
-    second = first * np.exp(np.abs(0.8 * random.standard_normal(200)) + 0.01)
-    curves = fit_fragility(
-        study(np.column_stack((first, second)), end=60.0, increments=600), categories=[1, 2], bootstrap=0
-    )
-    assert curves.attrs["curves_cross"] == 1
 
 
 @pytest.mark.parametrize(
@@ -319,34 +207,3 @@ def test_crossing_curves_are_flagged():
 def test_invalid_input_is_refused(spoil, options: dict, words: str):
     with pytest.raises(InputError, match=words):
         fit_fragility(spoil(study(known(np.random.default_rng(1), 10))), **options)
-
-
-def test_weighted_walls_give_the_curve_of_the_stated_distribution() -> None:
-    """Walls drawn weaker than they are, with weights: the same curve; without them another one."""
-    random = np.random.default_rng(2)
-    z = random.standard_normal(3000)
-    drawn = z - 0.7
-    weight = np.exp(0.5 * z**2 - 0.5 * drawn**2)
-    movement = np.linspace(0, 0.02, 81)
-    capacity = 0.008 * np.exp(0.3 * drawn)
-    ds = xr.Dataset(
-        {
-            "damage_category": (("sample", "increment"), (movement >= capacity[:, None]).astype(np.int8)),
-            "central_deflection": (("sample", "increment"), np.tile(movement, (len(z), 1)), {"units": "m"}),
-            "status": ("sample", np.zeros(len(z), dtype=np.int8)),
-            "weight": ("sample", weight),
-        },
-        attrs={"highest_category": 1},
-    )
-    curve = fit_fragility(ds, bootstrap=20).isel(category=0)
-    assert float(curve["median"]) == pytest.approx(0.008, rel=0.03)
-    assert float(curve["dispersion"]) == pytest.approx(0.3, rel=0.06)
-    # a band like that of 3000 walls which count alike: weights tell the weak side better, the strong one worse
-    width = float(np.log(curve["median_upper"] / curve["median_lower"]))
-    assert 0.7 < width / (2 * 1.645 * 0.3 / np.sqrt(3000)) < 3
-    np.testing.assert_allclose(curve["empirical"], curve["probability"], atol=0.05)
-    plain = fit_fragility(ds.drop_vars("weight"), bootstrap=0).isel(category=0)
-    assert float(plain["median"]) == pytest.approx(0.008 * np.exp(-0.21), rel=0.03)
-    # walls of little weight do not count as too few
-    rare = ds.isel(sample=slice(0, 200)).assign(weight=("sample", weight[:200] * 1e-3))
-    assert str(fit_fragility(rare, bootstrap=0)["fit_status"].values[0]) == "fitted"

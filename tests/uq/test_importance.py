@@ -1,46 +1,14 @@
 """Importance sampling with correlated variables, and the shift that a pilot proposes."""
 
 import numpy as np
-import pytest
 from scipy import special
 
-from damagepred.uq.correlation import gaussian_correlation
 from damagepred.uq.design import Design, Sampler
-from damagepred.uq.estimate import probability
-from damagepred.uq.fields import course_autoregression
-from damagepred.uq.importance import Proposal, conditional_shift, cross_entropy_shift
+from damagepred.uq.importance import Proposal, cross_entropy_shift
 from damagepred.uq.variable import Variable
 from tests.cli.conftest import Run, command  # noqa: F401
 
 NORMALS = {place: Variable(distribution="normal", mean=0.0, std=1.0) for place in ("a", "b")}
-
-
-def scatter_of(correlation: float) -> float:
-    """Coefficient of variation of one wall's part in P(a > 3), a shifted and b correlated with it."""
-    design = Design.make(
-        NORMALS,
-        dict.fromkeys(NORMALS, "1"),
-        {frozenset("ab"): correlation},
-        Sampler("random", 1, {"a": Proposal(shift=3.0)}),
-        1,
-    )
-    part = (design.wall_values(4000)["a"] > 3.0) * design.weights(4000)
-    assert probability(part > 0, weight=design.weights(4000)).value == pytest.approx(special.ndtr(-3.0), rel=0.15)
-    return float(part.std() / part.mean())
-
-
-@pytest.mark.parametrize("correlation", [0.6, -0.6, 0.9])
-def test_a_shift_includes_the_correlation(correlation: float) -> None:
-    """A shift against it increases the standard error five times."""
-    assert scatter_of(correlation) == pytest.approx(scatter_of(0.0), rel=0.1)
-
-
-def test_partners_shift_to_their_conditional_mean() -> None:
-    matrix = np.array([[1.0, 0.5, 0.3], [0.5, 1.0, 0.6], [0.3, 0.6, 1.0]])
-    np.testing.assert_allclose(conditional_shift(matrix, "abc", {"a": 2.0}), [2.0, 1.0, 0.6])
-    both = conditional_shift(matrix, "abc", {"a": 2.0, "b": -1.0})
-    np.testing.assert_allclose(both, [2.0, -1.0, matrix[2, :2] @ np.linalg.solve(matrix[:2, :2], [2.0, -1.0])])
-    np.testing.assert_array_equal(conditional_shift(np.eye(3), "abc", {"b": 1.0}), [0.0, 1.0, 0.0])
 
 
 def test_the_proposed_shift_is_the_mean_beyond_the_limit() -> None:
@@ -56,20 +24,3 @@ def test_the_proposed_shift_is_the_mean_beyond_the_limit() -> None:
         found = cross_entropy_shift(drawn.normal[hit], drawn.weight[hit])
         assert (abs(found.mean - exact * np.array([1.0, 0.6])) < 4 * found.error).all()
         assert found.error.max() < 0.15
-
-
-@pytest.mark.thorough
-def test_skewed_values_along_a_course_are_correlated_as_stated() -> None:
-    """Lognormal in closed form: neighbours as asked for, two joints apart by what the power of the normals' gives."""
-    marginal, cov, wanted = Variable(distribution="lognormal", mean=1.0, cov=0.8).frozen("a", "1"), 0.8, 0.5
-    variance = np.log1p(cov**2)
-    rho = gaussian_correlation(marginal, marginal, wanted)
-    assert rho == pytest.approx(np.log1p(wanted * cov**2) / variance, abs=1e-9)
-    assert gaussian_correlation(marginal, marginal, wanted) == rho
-    noise = course_autoregression(
-        np.random.default_rng(1).standard_normal(400_000), np.zeros(400_000, dtype=np.int64), rho
-    )
-    value = np.exp(np.sqrt(variance) * noise)
-    for lag, exact in ((1, wanted), (2, np.expm1(rho**2 * variance) / np.expm1(variance))):
-        assert np.corrcoef(value[lag:], value[:-lag])[0, 1] == pytest.approx(exact, abs=0.015)
-    assert abs(exact - wanted**2) > 0.01  # the field's description differs

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-from scipy import integrate, stats
+from scipy import stats
 
 from damagepred.errors import InputError
 from damagepred.uq.exceedance import exceedance
@@ -28,32 +28,6 @@ def lognormal_study(walls: int = 2000, end: float = 0.1, increments: int = 50, f
         {"sample": np.arange(walls)},
         {"highest_category": 2},
     )
-
-
-def test_a_site_class_is_the_mean_between_its_limits() -> None:
-    found = exceedance(lognormal_study(), 1, "H1").estimate
-    curve = stats.lognorm(0.4, scale=0.05)
-    expected = integrate.quad(curve.cdf, 0.04, 0.06)[0] / 0.02
-    assert found.value == pytest.approx(expected, abs=1e-3)
-    assert found.lower < expected < found.upper
-
-
-@pytest.mark.parametrize(("median", "dispersion"), [(0.03, 0.2), (0.045, 0.3)])
-def test_a_distribution_of_the_movement_is_the_reliability_integral(median: float, dispersion: float) -> None:
-    """Lognormal movement against lognormal capacity: the closed form of stress and strength."""
-    text = f'distribution = "lognormal", median = "{1e3 * median} mm", dispersion = {dispersion}'
-    expected = stats.norm.cdf(np.log(median / 0.05) / np.hypot(0.4, dispersion))
-    assert exceedance(lognormal_study(end=0.2, increments=200), 1, text).estimate.value == pytest.approx(
-        expected, abs=4e-3
-    )
-
-
-def test_failed_walls_are_between_bounds() -> None:
-    ds = lognormal_study(200, failed=10)
-    found = exceedance(ds, 1, "H1")
-    assert found.failed == 10
-    assert found.failed_undamaged < found.estimate.value < found.failed_damaged
-    assert found.failed_damaged - found.failed_undamaged == pytest.approx(10 / 200)
 
 
 def test_movements_beyond_the_walls_are_refused() -> None:

@@ -10,7 +10,6 @@ import pytest
 import xarray as xr
 from scipy import special
 
-from damagepred.cli.sentences import comparison_lines
 from damagepred.errors import InputError
 from damagepred.uq.comparison import compare
 from damagepred.uq.exceedance import (
@@ -18,7 +17,6 @@ from damagepred.uq.exceedance import (
     estimate_exceedance,
     exceedance,
     pseudo_values,
-    running_probability,
 )
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.movement_distribution import SITE, as_distribution
@@ -60,10 +58,6 @@ def study(
 
 def median_of(share: float, at: float) -> float:
     return at * float(np.exp(-SCATTER * special.ndtri(share)))
-
-
-def truth_of(median: float, at: str | float) -> float:
-    return float(np.mean(special.ndtr(np.log(np.array(as_distribution(at).points) / median) / SCATTER)))
 
 
 def drawn(
@@ -114,37 +108,7 @@ def test_kaplan_meier_and_greenwood_by_hand() -> None:
     assert np.isnan(estimate_exceedance(known, 9.0).estimate.value)
 
 
-def test_walls_of_known_state_count_as_hits_and_zero_hits_as_those_at_risk() -> None:
-    known = drawn(np.full(50, 9.0), np.linspace(-2, 2, 50), 0.05)  # none is ever damaged
-    e = estimate_exceedance(known, 0.045).estimate
-    z2, n = special.ndtri(0.95) ** 2, int((known.lower >= 0.045).sum())
-    assert (e.value, e.lower) == (0.0, 0.0)
-    assert e.upper == pytest.approx(z2 / n / (1 + z2 / n), rel=1e-6)  # Wilson's, of the walls followed as far
-    hit = pseudo_values(known._replace(upper=np.full(50, 0.01), lower=np.zeros(50)), as_distribution(0.045)).hit
-    np.testing.assert_array_equal(hit, 1.0)
-
-
 # -- bias and coverage ------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.quick_cases
-@pytest.mark.parametrize("at", [0.05, "H1"])
-@pytest.mark.parametrize(("walls", "share"), [(30, 0.3), (64, 0.0626), (64, 0.8), (200, 0.0626)])
-def test_intervals_hold_and_estimates_are_unbiased_on_own_ground(walls: int, share: float, at: float | str) -> None:
-    random, repetitions = np.random.default_rng(11), 250 if at == 0.05 else 100
-    median = median_of(share, 0.05)
-    truth, wanted = truth_of(median, at), as_distribution(at)
-    found = [
-        estimate_exceedance(drawn(*random.standard_normal((2, walls)), median), wanted).estimate
-        for _ in range(repetitions)
-    ]
-    known = [e for e in found if np.isfinite(e.value)]
-    values = np.array([e.value for e in known])
-    assert len(known) > 0.8 * repetitions
-    assert abs(values.mean() - truth) < 4 * values.std() / np.sqrt(len(known)) + 0.004  # steps of a tenth
-    held = np.mean([e.lower <= truth <= e.upper for e in known])
-    chance = 2 * np.sqrt(0.9 * 0.1 / len(known))  # two standard errors of the repetitions
-    assert 0.87 - chance <= held <= 0.95 + chance
 
 
 @pytest.mark.quick_cases
@@ -188,42 +152,6 @@ def two_studies(weighted: bool, failing: bool) -> dict[str, xr.Dataset]:
     }
 
 
-@pytest.mark.quick_cases
-@pytest.mark.parametrize("weighted", [False, True])
-@pytest.mark.parametrize("failing", [False, True])
-@pytest.mark.parametrize("at", [0.03, 0.05, "H1", "site"])
-def test_every_reader_gives_the_same_number(weighted: bool, failing: bool, at: float | str) -> None:
-    studies = two_studies(weighted, failing)
-    found = compare(studies, at=[at])
-    for s, ds in enumerate(studies.values()):
-        for category in (1, 2):
-            one = exceedance(ds, category, at)
-            for key in ("value", "lower", "upper"):
-                column = "probability" if key == "value" else f"probability_{key}"
-                assert float(found[column][s, category - 1, 0]) == getattr(one.estimate, key)
-            assert int(found["unknown"][s, category - 1, 0]) == one.failed + one.not_followed
-            running = running_probability(ds, category, at)
-            assert (running.value[-1], running.upper[-1]) == (one.estimate.value, one.estimate.upper)
-            assert one.failed_undamaged <= one.estimate.value <= one.failed_damaged
-    np.testing.assert_array_equal(found["difference"], found["probability"] - found["probability"][0])
-    assert (found["difference_lower"] <= found["difference"]).all()
-    assert (found["difference"] <= found["difference_upper"]).all()
-
-
-def test_the_sentences_add_up() -> None:
-    """What the audit found: 0.0546 before, 0 after, difference +0."""
-    random = np.random.default_rng(2)
-    ends = GROUND * np.exp(SCATTER_OF_GROUND * random.standard_normal(64))
-    normal = random.standard_normal(64)
-    studies = {name: study(median * np.exp(SCATTER * normal), ends) for name, median in (("log", 0.09), ("deep", 0.9))}
-    found = compare(studies, categories=[1], at=["H1"])
-    first, second = comparison_lines(found, 1, float(found["movement"][0]))[:2]
-    value = float(found["probability"][0, 0, 0])
-    assert value > 0
-    assert first.startswith(f"log: {value:.3g}, ")
-    assert second.startswith(f"deep: 0; difference {-value:+.3g}, ")
-
-
 def test_each_walls_own_ground_is_its_state_at_the_end() -> None:
     """By hand: reached or not at the end; a wall that failed half way takes the share of those that went on."""
     ends = np.array([0.02, 0.04, 0.03, 0.05])
@@ -254,19 +182,6 @@ def test_studies_that_know_the_ends_alone_are_compared_at_the_site() -> None:
     curve = fit_fragility(studies["as it is"], categories=[1])
     place = float(np.interp(0.04, curve["intensity"], curve["probability"][0]))
     assert one.estimate.value == pytest.approx(place, abs=1e-3)
-
-
-def test_a_path_that_ended_at_a_lesser_category_is_not_followed_for_a_worse_one() -> None:
-    """A study that stops at category 1: of category 2 nothing is known beyond, where all walls counted as undamaged."""
-    ds = study(np.column_stack((np.full(4, 0.011), np.full(4, 0.9))), np.full(4, 0.04))
-    solved = np.arange(11) <= 3
-    width = np.where(solved, 1e-3, np.nan) * np.ones((4, 1))
-    stopped = ds.assign(crack_width_max=(("sample", "increment"), width))
-    assert exceedance(stopped, 1, 0.03).estimate.value == 1.0
-    worse = exceedance(stopped, 2, 0.03)
-    assert np.isnan(worse.estimate.value)
-    assert worse.not_followed == 4
-    assert exceedance(stopped, 2, 0.012).estimate.value == 0.0
 
 
 @pytest.mark.quick_cases

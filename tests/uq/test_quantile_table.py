@@ -42,11 +42,3 @@ def test_atoms_are_exact() -> None:
     found = JointQuantile(marginal)(np.random.default_rng(1).standard_normal(20_000))
     assert (found == 0.0).mean() == pytest.approx(0.05, abs=0.006)
     assert found[found > 0].min() > 1e4
-
-
-@pytest.mark.parametrize("marginal", [stats.lognorm(0.3), stats.norm(1, 2), Table([1.0, 2.0])])
-def test_formulas_need_no_table(marginal: object) -> None:
-    z = np.random.default_rng(1).standard_normal(50)
-    quick = JointQuantile(marginal)  # type: ignore[arg-type]
-    np.testing.assert_array_equal(quick(z), from_normal(marginal, z))  # type: ignore[arg-type]
-    assert quick._table is None

@@ -2,12 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy import special
 
-from damagepred.arrays import FloatArray
 from damagepred.uq.fragility import fit_fragility, turnbull
-from damagepred.uq.fragility.turnbull import isotonic
-from tests.uq.test_fragility import brackets, known, lognormal, study
+from tests.uq.test_fragility import lognormal, study
 from tests.uq.test_fragility_single import study as single_study
 
 INF = np.inf
@@ -49,49 +46,6 @@ def test_published_data() -> None:
     np.testing.assert_allclose(found.mass[there], published, atol=1e-4)
 
 
-def kaplan_meier(lower: FloatArray, upper: FloatArray, grid: FloatArray) -> FloatArray:
-    """Return the closed form for increments common to all walls."""
-    last = np.where(np.isfinite(upper), upper, lower)
-    movement = np.unique(upper[np.isfinite(upper)])
-    survival = np.cumprod([1.0 - (upper == m).sum() / (last >= m).sum() for m in movement])
-    return np.append(0.0, 1.0 - survival)[np.searchsorted(movement, grid * (1 + 1e-9), side="right")]
-
-
-def test_on_shared_increments_it_is_kaplan_meier() -> None:
-    lower, upper = brackets(lognormal(np.random.default_rng(2), 8.0, 0.5, 200), np.arange(0.0, 12.5))
-    cut = np.random.default_rng(3).integers(1, 12, 200).astype(float)
-    upper = np.where(lower >= cut, INF, upper)
-    lower = np.minimum(lower, cut)
-    grid = np.arange(0.0, 13.0)
-    expected = kaplan_meier(lower, upper, grid)
-    np.testing.assert_allclose(turnbull(lower, upper).probability(grid), expected, atol=1e-6)
-
-
-def test_of_one_movement_a_wall_it_is_isotonic() -> None:
-    random = np.random.default_rng(4)
-    movement = random.uniform(1, 25, 300)
-    hit = movement >= lognormal(random, 8.0, 0.5, 300)
-    lower, upper = np.where(hit, 0.0, movement), np.where(hit, movement, INF)
-    grid = np.linspace(0, 25, 60)
-    found = turnbull(lower, upper).probability(grid)
-    # the mass is put at the right end of where it may lie: between two movements no more is known
-    np.testing.assert_allclose(found, isotonic(lower, upper, np.ones(300)).probability(grid), atol=1e-3)
-
-
-def test_as_a_model_it_has_bands_and_no_dispersion() -> None:
-    ds = study(known(np.random.default_rng(1), 150), end=60.0)
-    curves = fit_fragility(ds, model="empirical", categories=[2, 3], bootstrap=60)
-    np.testing.assert_array_equal(curves["probability"], curves["empirical"])
-    assert np.isnan(curves["dispersion"]).all()
-    assert curves["fit_status"].values.tolist() == ["empirical"] * 2
-    assert (curves["probability_lower"] <= curves["probability"] + 1e-9).all()
-    assert (curves["probability_upper"] >= curves["probability"] - 1e-9).all()
-    assert (curves["median_lower"] <= curves["median"]).all()
-    fitted = fit_fragility(ds, categories=[2, 3], bootstrap=0)
-    np.testing.assert_allclose(curves["median"], fitted["median"], rtol=0.2)
-    assert curves.attrs["curves_cross"] == 0
-
-
 def test_where_half_the_walls_have_not_reached_it_there_is_no_empirical_median() -> None:
     ds = study(lognormal(np.random.default_rng(1), 8.0, 0.4, 80), end=6.0, increments=12)
     curve = fit_fragility(ds, model="empirical", categories=[1], bootstrap=20).isel(category=0)
@@ -100,19 +54,3 @@ def test_where_half_the_walls_have_not_reached_it_there_is_no_empirical_median()
     single = single_study(movement, movement > lognormal(np.random.default_rng(3), 8.0, 0.4, 200))
     curve = fit_fragility(single, model="empirical", categories=[1], bootstrap=20).isel(category=0)
     assert float(curve["median"]) == pytest.approx(8.0, rel=0.25)
-
-
-def test_what_few_walls_reached_each_in_its_own_increments() -> None:
-    """No step may take all probability from where a wall was seen: nothing would bring it back."""
-    random = np.random.default_rng(6)
-    capacity, end = lognormal(random, 30.0, 0.6, 4000), random.uniform(10.0, 16.0, 4000)
-    step = end / 20
-    reached = capacity <= end
-    lower = np.where(reached, np.floor(capacity / step) * step, end)
-    upper = np.where(reached, lower + step, INF)
-    found = turnbull(lower, upper)
-    assert 0.05 < reached.mean() < 0.15
-    inside = found.probability(np.where(reached, upper, 0.0)) - found.probability(lower)
-    assert inside[reached].min() > 0
-    truth = np.array([special.ndtr(np.log(at / 30.0) / 0.6) for at in (8.0, 11.0, 14.0)])
-    np.testing.assert_allclose(found.probability(np.array([8.0, 11.0, 14.0])), truth, atol=0.015)

@@ -2,26 +2,15 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from damagepred.analyses.epistemic import Alternative
 from damagepred.cli.sentences import estimate_lines
 from damagepred.errors import InputError
-from damagepred.plotting.study import quantile
-from damagepred.report.typical import typical_and_worst
-from damagepred.results.rejudge import shares as category_shares
 from damagepred.uq.exceedance import exceedance, median_movement, running_probability
 from damagepred.uq.fragility import fit_surface
 from tests.uq.test_stopping import study
 
 CAPACITY = np.array([0.0035, 0.0065, 0.0125, 0.03])
-
-
-def failing(ds: xr.Dataset, wall: int, increment: int) -> xr.Dataset:
-    """Let a wall fail after an increment."""
-    ds["status"][wall] = 2
-    ds["damage_category"][wall, increment + 1 :] = -1
-    return ds
 
 
 def test_no_estimate_beyond_the_largest_movement() -> None:
@@ -48,22 +37,6 @@ def test_censored_walls_count_up_to_their_end() -> None:
     assert running_probability(ds, 1, 0.01).value[-1] == found.estimate.value
 
 
-@pytest.mark.parametrize("single", [False, True])
-@pytest.mark.parametrize("begun", [False, True])
-def test_unknown_names_are_refused_in_all_branches(single: bool, begun: bool) -> None:
-    ds = study(np.linspace(0.001, 0.03, 30))
-    ds["surface_movement"] = 1.5 * ds["central_deflection"]  # on a mound another measure was read without a message
-    if single:
-        ds = ds.isel(increment=-1)
-    if not begun:
-        ds = ds.drop_vars("damage_category")
-    for read in (exceedance, running_probability):
-        with pytest.raises(InputError, match="no variable 'typo'"):
-            read(ds, 1, 0.007, intensity="typo")
-    with pytest.raises(InputError, match="no variable 'typo'"):
-        median_movement(ds, 1, intensity="typo")
-
-
 def test_categories_beyond_the_table_are_refused() -> None:
     ds = study(CAPACITY)
     for category in (0, 2, 9):
@@ -76,31 +49,3 @@ def test_categories_beyond_the_table_are_refused() -> None:
             exceedance(ds.isel(increment=-1), category, 0.007)
         with pytest.raises(InputError, match=message):
             fit_surface(ds, category, "weight")
-
-
-@pytest.mark.parametrize("heavy", [0.1, 1.0, 6.0])
-def test_bounds_of_failed_walls_count_their_weights(heavy: float) -> None:
-    """Weighted by hand: lost walls as 0, as 1, and as those followed further than the 2 mm at which they failed."""
-    weight = np.array([0.5, 1.0, 0.5, 0.5, heavy])
-    ds = failing(study(np.append(CAPACITY, 0.5), weight=weight), 4, 2)
-    found = exceedance(ds, 1, 0.01)
-    assert found.failed_undamaged == pytest.approx(1.5 / 5)
-    assert found.failed_damaged == pytest.approx(min((1.5 + heavy) / 5, 1.0))
-    assert found.estimate.value == pytest.approx((1.5 + heavy * 1.5 / 2.5) / 5)
-    assert found.failed_undamaged <= found.estimate.value
-
-
-def test_shares_and_quantiles_are_weighted() -> None:
-    found = category_shares(study(CAPACITY, weight=np.array([2.0, 1.0, 1.0, 0.0])))
-    assert (found[1].walls, found[1].share) == (3, 1.0)
-    width = np.array([[1.0], [2.0], [3.0], [np.inf]])
-    assert quantile(width, 0.5)[0] == 2.5
-    assert quantile(width, 0.5, np.array([1.0, 1.0, 4.0, 1.0]))[0] == pytest.approx(2.8)
-    assert quantile(width[:3], 0.3, np.full(3, 3.0)) == pytest.approx(quantile(width[:3], 0.3))
-
-
-@pytest.mark.parametrize(("weight", "typical"), [([1.0] * 4, 1), ([0.1, 0.1, 0.1, 1.0], 3), ([3.0, 0.1, 0.1, 0.1], 0)])
-def test_the_typical_wall_is_the_weighted_median(weight: list[float], typical: int) -> None:
-    ds = study(CAPACITY, weight=np.array(weight), highest_category=2)
-    ds["crack_width_max"] = ds["central_deflection"] * xr.DataArray([0.1, 0.2, 0.3, 0.4], dims="sample")
-    assert typical_and_worst(ds).typical == typical

@@ -87,36 +87,6 @@ def test_samples_follow_the_stated_distribution(name: str):
     assert stats.kstest(values, cdf).pvalue > 1e-3
 
 
-@pytest.mark.parametrize(
-    ("written", "unit", "mean", "std"),
-    [
-        ({"distribution": "lognormal", "mean": "0.453 MPa", "cov": 0.3}, "Pa", 453e3, 135.9e3),
-        ({"distribution": "lognormal", "mean": "82 N/mm3", "std": "8.2e9 N/m3"}, "Pa/m", 82e9, 8.2e9),
-        (
-            {"distribution": "lognormal", "median": 2.0, "dispersion": 0.5},
-            "1",
-            2 * math.exp(0.125),
-            2 * math.exp(0.125) * math.sqrt(math.exp(0.25) - 1),
-        ),
-        ({"distribution": "normal", "mean": 10.0, "cov": "10 %"}, "1", 10.0, 1.0),
-        (
-            {"distribution": "truncated_normal", "mean": 0.5, "cov": 0.2, "lower": 0.3, "upper": 0.7},
-            "1",
-            0.5,
-            0.1 * math.sqrt(1 - 4 * stats.norm.pdf(2) / (2 * stats.norm.cdf(2) - 1)),
-        ),
-        ({"distribution": "uniform", "lower": "40 mm", "upper": "60 mm"}, "m", 0.05, 0.02 / math.sqrt(12)),
-    ],
-)
-def test_moments(written: dict, unit: str, mean: float, std: float):
-    frozen = Variable(**written).frozen(PLACE, unit)
-    assert frozen.mean() == pytest.approx(mean, rel=1e-9)
-    assert frozen.std() == pytest.approx(std, rel=1e-9)
-    values = sampled(Variable(**written), unit, 20000)
-    assert values.mean() == pytest.approx(mean, abs=4 * std / math.sqrt(20000))
-    assert values.std() == pytest.approx(std, rel=0.05)
-
-
 def test_every_family_of_the_shipped_study_samples_in_si(data_folder: Path):
     study = tomllib.loads((data_folder / "bryant_study.toml").read_text())
     wanted = {"joint.tensile_strength": 453e3, "joint.normal_stiffness": 82e9, "movement.central_deflection": 0.05}
