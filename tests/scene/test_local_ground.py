@@ -9,7 +9,9 @@ from damagepred.campaign.site_classes import site_line
 from damagepred.errors import InputError
 from damagepred.scene.assumed import ground_cautions
 from damagepred.uq.intensity import movement_words
-from tests.cli.conftest import Run
+from tests.cli.conftest import Run, command
+
+__all__ = ["command"]
 
 WALL = {"wall": {"length": 2.4, "height": 0.6, "block_length": 0.4, "block_height": 0.15}}
 TREE = {"shape": "tree", "surface_movement": "25 mm", "reach": 3.0}

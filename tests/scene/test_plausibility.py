@@ -14,7 +14,9 @@ from damagepred.errors import InputError
 from damagepred.scene.plausibility import unlikely_values
 from damagepred.scene.reading import build
 from damagepred.scene.scene import archived_scene
-from tests.cli.conftest import Run
+from tests.cli.conftest import Run, command
+
+__all__ = ["command"]
 
 SOFT = "[wall]\nlength = 1.2\nheight = 0.6\n[movement]\nincrements = 2\n[joint]\nnormal_stiffness = 2e5\n"
 
