@@ -16,6 +16,7 @@ from tests.conftest import ROOT
 HERE = ROOT / "studies" / "benchmarks"
 
 
+@pytest.mark.thorough
 def test_the_page_agrees_with_the_data() -> None:
     text = run.text(all_studies.runs())
     assert text == (HERE / "RESULTS.md").read_text(encoding="utf-8"), (

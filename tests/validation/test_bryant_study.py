@@ -76,6 +76,7 @@ def test_the_dpc_is_measured(study):
     assert dpc.sliding == 2e-3
 
 
+@pytest.mark.thorough
 def test_limits_of_the_solid_wall_on_jacks(study):
     """The limit of an elastic footing bonded to two courses is about 3 mm, on a sheet 6, with earlier cracks near 8."""
     found = {}
