@@ -39,6 +39,26 @@ def test_the_movement_is_the_requested_one() -> None:
     assert asked.scene.movement.increments == 4  # the second last but one is at 2 mm
 
 
+def test_a_margin_is_negative_where_the_category_is_reached() -> None:
+    """Against the categories of the same wall, increment by increment."""
+    import damagepred
+
+    asked = study_for_limit_state(settings(), ASKED)
+    design = asked.design()
+    normals = np.random.default_rng(3).standard_normal((6, len(design.wall) + 2 * _joints(asked)))
+    for row in normals:
+        scene, fields = normals_to_wall(asked, design, row)
+        wall = damagepred.solve(scene, fields=fields)
+        reached = wall["central_deflection"].values[wall["damage_category"].values >= 1]
+        found = margin(scene, fields, Question(1, 4e-3)).most
+        first = reached[0] if reached.size else np.inf
+        step = 4e-3 / 3
+        if np.isfinite(first):
+            assert first - step <= (found + 1) * 4e-3 <= first * (1 + 1e-12)
+        else:
+            assert found > 1
+
+
 @pytest.mark.parametrize("measure", ["joint", "band"])
 @pytest.mark.parametrize(
     ("widths", "expected"),

@@ -20,6 +20,13 @@ def crossed_walls(tables: int, wall: float, joints: float, seed: int = 1, end: f
     return ds.assign({"joint.friction": ("sample", x, {"role": "input"})}).assign_attrs(crossed=1)
 
 
+def test_shares_of_known_walls() -> None:
+    """Ranks of a sum of normals: shares nearly those of the sum itself."""
+    found = study_sensitivity(crossed_walls(800, 0.4, 0.2, end=60.0), category=1, resamples=100)
+    assert float(found["first_order"][0]) == pytest.approx(0.8, abs=0.05)
+    assert float(found["spearman"][0]) == pytest.approx(6 / np.pi * np.arcsin(np.sqrt(0.8) / 2), abs=0.03)
+
+
 def test_censored_and_failed_walls_are_reported_and_included() -> None:
     ds = crossed_walls(300, 0.4, 0.2, end=8.0)
     for wall in range(0, 1200, 12):
@@ -28,6 +35,18 @@ def test_censored_and_failed_walls_are_reported_and_included() -> None:
     assert found.attrs["walls"] == 600  # those that share nothing
     assert found.attrs["samples_failed"] == 100
     assert 0.45 < found.attrs["share_censored"] < 0.6
+
+
+def test_ranks_and_shares_are_of_independent_walls() -> None:
+    """An input without effect: in pairs of walls, their correlation would be taken for an effect."""
+    held = []
+    for seed in range(30):
+        ds = crossed_walls(12, 0.4, 0.2, seed=seed, end=60.0)
+        idle = np.repeat(np.random.default_rng([8, seed]).standard_normal(24), 2)
+        ds["joint.cohesion"] = ("sample", idle, {"role": "input"})
+        found = study_sensitivity(ds, category=1, resamples=50).sel(variable="joint.cohesion")
+        held.append(float(found["spearman_lower"]) <= 0 <= float(found["spearman_upper"]))
+    assert 23 <= np.sum(held) <= 30  # 27 expected; with pairs taken as independent, 21
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.files import check_output, read_dataset, write_dataset, write_whole
-from damagepred.archive.schema import VARIABLES, dataset
-from damagepred.errors import StudyError
+from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES, dataset
+from damagepred.errors import InputError, StudyError
 
 STEPS, BLOCKS, CONTACTS, OPENINGS, VERTICES = 4, 700, 2100, 2, 2800
 SIZES = {
@@ -89,6 +89,14 @@ def test_round_trip(tmp_path: Path):
 # -- what is not ours ------------------------------------------------------------------------------------------------
 
 
+def test_newer_schema(tmp_path: Path):
+    ds = dataset({"increment": [0]}, {})
+    ds.attrs["schema_version"] = SCHEMA_VERSION + 1
+    write_dataset(ds, tmp_path / "new.nc")
+    with pytest.raises(InputError, match=f"schema version {SCHEMA_VERSION + 1}, .* up to {SCHEMA_VERSION}; update"):
+        read_dataset(tmp_path / "new.nc")
+
+
 # -- whole or not at all ---------------------------------------------------------------------------------------------
 
 
@@ -111,9 +119,42 @@ def broken(error: BaseException):
     return write
 
 
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        (errno.ENOSPC, "the disk is full; free some space"),
+        (errno.EDQUOT, "quota"),
+        (errno.EFBIG, "file size limit"),
+        (errno.EACCES, "no permission to write there; choose another place"),
+        (errno.EPERM, "no permission"),
+        (errno.EROFS, "read-only; choose another place"),
+        (errno.ENOENT, "folder does not exist"),
+        (errno.ENOTDIR, "is a file, not a folder"),
+        (errno.EIO, os.strerror(errno.EIO)),
+    ],
+)
+def test_failing_writes_leave_the_old_file_and_nothing_else(old: Path, code: int, words: str):
+    with pytest.raises(StudyError, match=words) as caught:
+        write_whole(old, broken(OSError(code, os.strerror(code))))
+    assert str(old) in str(caught.value)
+    assert untouched(old)
+
+
 def test_the_netcdf_library_s_word_for_a_full_disk(old: Path):
     with pytest.raises(StudyError, match=r"NetCDF: HDF error\. Is the disk full\?"):
         write_whole(old, broken(RuntimeError("NetCDF: HDF error")))
+    assert untouched(old)
+
+
+@pytest.mark.parametrize("step", ["fsync", "replace", "chmod"])
+def test_failing_late_leaves_the_old_file(old: Path, monkeypatch: pytest.MonkeyPatch, step: str):
+    def fail(*_args: object, **_more: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os if step == "fsync" else Path, step, fail)
+    with pytest.raises(StudyError, match="the disk is full"):
+        write_whole(old, lambda p: p.write_text("new"))
+    monkeypatch.undo()
     assert untouched(old)
 
 

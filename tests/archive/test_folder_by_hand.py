@@ -9,7 +9,7 @@ import pytest
 
 from damagepred.archive import provenance
 from damagepred.archive.folder import StudyFolder
-from damagepred.archive.parts import joined, write_part
+from damagepred.archive.parts import Column, joined, write_part
 from damagepred.errors import ArchiveWarning
 from tests.archive.test_parts import row
 from tests.synthetic_studies import synthetic_study
@@ -121,6 +121,27 @@ def test_the_commit_is_that_of_the_checkout(monkeypatch: pytest.MonkeyPatch) -> 
         assert commit() == "unknown"
     monkeypatch.setattr(provenance, "version", lambda name: {"numpy": "1", "scipy": "2", "numba": "3"}[name])
     assert provenance.environment.__wrapped__()["libraries"].split(", ", 1)[1] == "numpy 1, scipy 2, numba 3"
+
+
+def test_environments_of_parts_become_one_table(tmp_path: Path) -> None:
+    """A solved 0 and 5, B solved 2, of 1 nothing is known; rows of each part's own table are those of all then."""
+    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 6))
+    folder.results_file.unlink()
+    a, b = ({**provenance.environment(), "machine": name} for name in "AB")
+    for sample, table, place in ((0, [a], 0), (1, [b], -1), (2, [a, b], 1), (5, [b, a], 1)):
+        one = row(sample, increments=7, openings=0)
+        one["status"].values[:] = 0
+        one["environment"] = Column(("sample",), np.array([place]), provenance.as_table(table))
+        write_part(folder.part_file(sample), one, folder.study_hash)
+    for _ in range(2):  # from the parts, and from the file of all
+        ds = folder.results()
+        table = provenance.from_table(ds["environment"].attrs)
+        found = [table[k]["machine"] if k >= 0 else "?" for k in ds["environment"].values[[0, 1, 2, 5]]]
+        assert (found, table) == (["A", "?", "B", "A"], [a, b])
+        known = provenance.programs(ds)
+        assert known[provenance.program(a)] == 3
+        assert sum(known.values()) == 4
+        folder.consolidate()
 
 
 def test_a_part_that_is_newer_than_a_failure_counts(tmp_path: Path) -> None:

@@ -1,11 +1,15 @@
 """The public Assembly: any convex blocks, supports, loads and gravity."""
 
+from operator import attrgetter
+
 import numpy as np
 import pytest
 
 from damagepred import Assembly
+from damagepred.assembly import wall_model
+from damagepred.assembly.bond import lay_bricks
 from damagepred.errors import InputError
-from damagepred.scene import Joint, Solver
+from damagepred.scene import Joint, Movement, Scene, Solver, Wall
 
 UNIT = [(0, 0), (1, 0), (1, 1), (0, 1)]
 
@@ -15,6 +19,32 @@ def stack(n: int = 2, **options) -> Assembly:
     for i in range(n):
         wall.add_block([(x, y + i) for x, y in UNIT])
     return wall
+
+
+def test_an_assembly_of_the_wall_s_bricks_is_the_wall():
+    """The template adds nothing of its own: put together by hand the same bricks make the same model."""
+    scene = Scene(wall=Wall(length=2.4, height=0.6), movement=Movement(shape="parabola"))
+    wall = Assembly()
+    for brick in lay_bricks(scene):
+        corners = [
+            (brick.left, brick.bottom),
+            (brick.left, brick.top),
+            (brick.right, brick.top),
+            (brick.right, brick.bottom),
+        ]
+        wall.add_block(corners, course=brick.course)  # clockwise: either way round will do
+    wall.rest_on_ground(range(10), lambda x: scene.movement.profile(x, 2.4))
+    mine, template = wall.build(), wall_model(scene)
+    for part in ("interfaces", "properties", "ground.full", "joints"):
+        found, expected = (attrgetter(part)(model) for model in (mine, template))
+        for name, value in expected._asdict().items():
+            if value is None:
+                assert getattr(found, name) is None
+                continue
+            np.testing.assert_allclose(getattr(found, name), value, rtol=1e-12, atol=1e-15, err_msg=name)
+    np.testing.assert_allclose(mine.supports.load, template.supports.load, rtol=1e-12, atol=1e-12)
+    assert mine.span == pytest.approx(2.4)
+    assert mine.central_deflection == pytest.approx(8e-3)
 
 
 def test_ground_under_a_hexagon_and_under_nothing():
@@ -49,6 +79,24 @@ def test_fields_by_material():
 # -- what is refused --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    "vertices",
+    [
+        [(0, 0), (2, 0), (1, 0.5), (1, 2)],
+        [(0, 0), (1, 0), (2, 0)],
+        [(0, 0), (1, np.nan), (0, 1)],
+        [(0, 0), (1, 0)],
+        "square",
+    ],
+)
+def test_a_bad_block_is_named_and_not_added(vertices: object):
+    wall = stack(2)
+    with pytest.raises(InputError, match="block 2: "):
+        wall.add_block(vertices)
+    assert wall.n_blocks == 2
+    wall.build()
+
+
 @pytest.mark.parametrize("other", [UNIT, [(0.5, 0), (1.5, 0), (1.5, 1), (0.5, 1)], [(0.5, 0.5), (2, 0.6), (2, 2)]])
 def test_overlapping_blocks(other: list):
     wall = Assembly()
@@ -56,6 +104,24 @@ def test_overlapping_blocks(other: list):
     wall.add_block(other)
     with pytest.raises(InputError, match=r"blocks 0 and 1 overlap by .* m"):
         wall.build()
+
+
+@pytest.mark.parametrize("block", [-1, 2, 99])
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda w, b: w.support(b),
+        lambda w, b: w.move(b, x=0.1),
+        lambda w, b: w.load(b, x=1.0),
+        lambda w, b: w.set_joint(0, b, Joint()),
+        lambda w, b: w.set_joint(b, 0, Joint()),
+        lambda w, b: w.rest_on_ground([0, b]),
+    ],
+    ids=["support", "move", "load", "set_joint", "set_joint first", "rest_on_ground"],
+)
+def test_unknown_blocks(use, block: int):
+    with pytest.raises(InputError, match=f"block {block}: there is no such block; they are numbered 0 to 1"):
+        use(stack(2), block)
 
 
 def test_no_joint_between_blocks_that_do_not_meet():

@@ -7,6 +7,8 @@ from damagepred.assembly.geometry import convex_polygon, mass_properties, refuse
 from damagepred.errors import InputError
 from tests.assembly import reference
 
+FAR = (1e4, -1e4)  # coordinates of a survey grid
+
 
 def flat(polygons: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, float]:
     first = np.concatenate(([0], np.cumsum([len(p) for p in polygons])))
@@ -34,6 +36,32 @@ def overlaps(polygons: list[np.ndarray]) -> bool:
     except InputError:
         return True
     return False
+
+
+def test_overlaps_of_every_sort_are_refused():
+    square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=float)
+    for name, other in {
+        "the same again": square,
+        "half": moved(square, 0.5, 0.0),
+        "a corner": moved(square, 0.5, 0.5),
+        "inside": moved(0.2 * square, 0.3, 0.3),
+        "a cross": moved(square * (3.0, 0.2), -1.0, 0.4),
+        "a sliver": moved(square, 1 - 1e-4, 0.0),
+        "turned": reference.turned([square], 0.7, (0.9, 0.2))[0],
+    }.items():
+        assert overlaps([square, other]), name
+        assert overlaps([other, square]), name
+        far = reference.turned([square, other], 0.4, FAR)
+        assert overlaps(far), name
+
+
+def test_one_moved_cell_is_found_and_named():
+    cells = reference.voronoi(np.random.default_rng(6))
+    cells[7] = moved(cells[7], 0.01, 0.0)
+    vertices, first, tolerance = flat(cells)
+    with pytest.raises(InputError, match=r"blocks \d+ and \d+ overlap") as caught:
+        refuse_overlaps(vertices, first, tolerance)
+    assert " 7 " in str(caught.value)
 
 
 # -- single polygons --------------------------------------------------------------------------------------------------

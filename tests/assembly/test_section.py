@@ -97,6 +97,19 @@ class TestMomentCurvature:
         assert moment == pytest.approx(pull * (d - pull / 25e6 / 0.3 / 2), rel=0.03)
 
 
+class TestBranson:
+    def test_formula(self):
+        beam = footing(law="branson")
+        first, (gross, cracked, _) = cracking_moment(beam), _second_moments(beam)
+        moment = 1.7 * first
+        effective = cracked + (gross - cracked) / 1.7**3
+        curvature = moment / (26.7e9 * effective)
+        moments = moment_curvature(beam, [0.5 * first / (26.7e9 * gross), curvature, 0.3 * curvature, -curvature / 100])
+        assert moments[:2] == pytest.approx([0.5 * first, moment], rel=1e-9)
+        assert moments[2] == pytest.approx(0.3 * moment, rel=1e-9)
+        assert moments[3] == pytest.approx(-26.7e9 * gross * curvature / 100, rel=1e-9)
+
+
 class TestWrongInput:
     def test_no_concrete(self):
         with pytest.raises(InputError, match=r"footing.concrete"):
@@ -105,3 +118,21 @@ class TestWrongInput:
     def test_wires_above_mid_depth(self):
         with pytest.raises(InputError, match=r"cover = 0.2: .*mid-depth.*depth = 0.3 m"):
             concrete_sections(np.zeros(1, np.int64), 1.0, footing(cover=0.2, top="none"))
+
+
+class TestEarlierMoment:
+    @pytest.mark.parametrize("law", ["cracked", "branson"])
+    def test_is_as_if_it_had_been_bent_by_it(self, law):
+        """Unloaded from a moment, and bent by half of it again, it is as soft as a section with this earlier moment."""
+        loading = np.linspace(0.0, 3e-3, 400)
+        moments = moment_curvature(footing(law=law), loading)
+        reached = moments[-1]
+        assert reached > 1.2 * cracking_moment(footing(law=law))
+        again = moment_curvature(footing(law=law), [*loading, 0.0, 1e-3])[-1]
+        told = moment_curvature(footing(law=law, earlier_moment=float(reached)), [1e-3])[-1]
+        assert told == pytest.approx(again, rel=1e-3)
+        assert told < 0.8 * moment_curvature(footing(law=law), [1e-3])[-1]
+
+    def test_nothing_below_the_cracking_moment(self):
+        whole, before = (moment_curvature(footing(earlier_moment=m), [5e-4])[0] for m in (0.0, 10e3))
+        assert before == whole

@@ -19,7 +19,7 @@ from damagepred.archive.provenance import environment
 from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.status import study_status
-from damagepred.errors import StudyError
+from damagepred.errors import InputError, StudyError
 from damagepred.study import Progress, Study
 from tests.campaign.test_run import settings
 from tests.conftest import SMALL_STUDY
@@ -106,6 +106,13 @@ def test_replay_is_bit_for_bit_with_any_solver_and_fields(tmp_path: Path, kind: 
         row = part["sample"].values.tolist().index(sample)
         for name in ("crack_width_max", "external_work", "newton_iterations", "unbalanced_force_ratio"):
             np.testing.assert_array_equal(ds[name].values, part[name].values[row][: ds.sizes["increment"]])
+
+
+@pytest.mark.parametrize("beside", [-1, 0])
+def test_a_sample_beside_the_last_or_first_is_refused(done: Path, beside: int) -> None:
+    count = StudyFolder(done).design().sizes["sample"]
+    with pytest.raises(InputError, match=rf"has samples 0 to {count - 1}\.$"):
+        replay(done, beside if beside < 0 else count)
 
 
 COMMITTED = environment() | {"damagepred_commit": "0123456789ab"}

@@ -1,14 +1,31 @@
 """Templates of ``damagepred new``: what they sample, and the files beside them."""
 
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from damagepred.campaign.settings import StudySettings
-from damagepred.campaign.template import write_template
+from damagepred.campaign.template import Template, write_template
 from damagepred.errors import InputError
+from damagepred.scene.what_moves import what_moves
 from damagepred.uq.observations import Observations
+
+MOVES = {
+    "tree": "The left end of the ground goes down by 25 mm, to nothing at 3 m; drying clay, 5000 kPa/m",
+    "end-settlement": "The left end of the ground goes down by 25 mm, to nothing at 3 m; soil, 5000 kPa/m",
+    "survey": "The left end of the ground goes down by 60 mm, to nothing at 4 m; drying clay, 5000 kPa/m",
+}
+
+
+@pytest.mark.parametrize("name", [name for name in get_args(Template) if name != "house"])  # a scene, no study
+def test_each_template_samples_the_batch_of_its_mortar(name: Template, tmp_path: Path) -> None:
+    write_template(tmp_path / "house.toml", name)
+    settings = StudySettings.from_toml(tmp_path / "house.toml")
+    assert settings.variables["joint.strength_factor"].field is None
+    assert settings.variables["joint.tensile_strength"].field is not None
+    assert what_moves(settings.mean_wall()[0]) == MOVES.get(name, what_moves(settings.mean_wall()[0]))
 
 
 def test_the_soil_log_has_its_surface_movement_by_hand(tmp_path: Path) -> None:

@@ -6,10 +6,12 @@ import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from damagepred import Study, open_study
+from damagepred.campaign import campaign
 from damagepred.campaign.dispatch import Batches, LostSample, run_all
 from damagepred.campaign.sample import Outcome
 from damagepred.campaign.workers import LocalPool, PoolOptions, SharedPool
@@ -34,6 +36,21 @@ def troubled(folder: str, batch: Batch) -> list[Outcome]:
             raise RuntimeError("no memory for this one")
         found.append(Outcome(sample, 0, values["x"], os.environ["OPENBLAS_NUM_THREADS"]))
     return found
+
+
+def moody(folder: str, batch: Batch) -> list[Outcome]:
+    """Die, hang or fail at the first attempt only; a file in the folder records the attempt."""
+    for sample, _ in batch:
+        note = Path(folder) / str(sample)
+        if not note.exists():
+            note.touch()
+            if sample % 4 == 1:
+                os.kill(os.getpid(), signal.SIGKILL)
+            if sample % 4 == 2:
+                os.kill(os.getpid(), signal.SIGSTOP)
+            if sample % 4 == 3:
+                raise RuntimeError("once")
+    return [Outcome(sample, 0, 1e-3) for sample, _ in batch]
 
 
 def stillborn(folder: str) -> None:
@@ -67,6 +84,17 @@ def test_the_others_survive() -> None:
 
 
 @pytest.mark.thorough
+def test_lost_samples_are_tried_again(tmp_path: Path) -> None:
+    """Killed workers, stopped workers, lost answers: each sample has its result."""
+    pool = LocalPool(str(tmp_path), workers=2, timeout=0.5, task=moody, ready=at_once)
+    try:
+        results = list(run_all(pool, str(tmp_path), Batches(tasks(4), 4), never))
+    finally:
+        pool.kill()
+    assert sorted(r.sample for r in results if isinstance(r, Outcome)) == list(range(4))
+
+
+@pytest.mark.thorough
 def test_workers_ignore_interrupts_while_they_load_the_program() -> None:
     pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once, preload=True)
     try:
@@ -78,6 +106,27 @@ def test_workers_ignore_interrupts_while_they_load_the_program() -> None:
         assert pool.processes == first
     finally:
         pool.kill()
+
+
+def test_workers_end_if_the_design_cannot_be_drawn(
+    small_study_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pools: list[LocalPool] = []
+
+    def pool(*arguments: Any, **how: Any) -> LocalPool:
+        pools.append(LocalPool(*arguments, **how))
+        return pools[-1]
+
+    def refuse(*_: Any) -> None:
+        assert not pools[0]._over(), "workers load the program meanwhile"
+        raise StudyError("no such design")
+
+    monkeypatch.setattr(campaign, "LocalPool", pool)
+    monkeypatch.setattr(campaign.Campaign, "_prepare", refuse)
+    with pytest.raises(StudyError, match="no such design"):
+        Study.from_toml(small_study_file).run(tmp_path / "a.dp", workers=2)
+    assert pools[0]._over()
+    assert not pools[0].processes
 
 
 @pytest.mark.thorough

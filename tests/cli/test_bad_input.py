@@ -158,6 +158,29 @@ def test_bad_study(name: str, command: Run, tmp_path: Path) -> None:
     assert not (tmp_path / "out.dp").exists()
 
 
+def test_unreadable_toml(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text("[wall\nlength = 6")
+    one_message(command("solve", tmp_path / "wall.toml"), ["not valid TOML", "line 1"])
+    (tmp_path / "wall.toml").write_bytes(b"\xff\xfe\x00[wall]")
+    one_message(command("solve", tmp_path / "wall.toml"), ["not a text file"])
+    one_message(command("solve", tmp_path), ["is a folder"])
+
+
+def test_no_place_to_write(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(GOOD)
+    (tmp_path / "file").write_text("precious")
+    one_message(
+        command("solve", tmp_path / "wall.toml", "-o", tmp_path / "nowhere" / "wall.nc"), ["does not exist", "wall.nc"]
+    )
+    one_message(
+        command("solve", tmp_path / "wall.toml", "--plot", tmp_path / "file" / "pictures"), ["cannot be written"]
+    )
+    (tmp_path / "study.toml").write_text(STUDY)
+    one_message(command("study", tmp_path / "study.toml", "-o", tmp_path / "file" / "out.dp"), ["cannot be written"])
+    one_message(command("study", tmp_path / "study.toml", "-o", tmp_path / "file"), ["-o"])
+    assert (tmp_path / "file").read_text() == "precious"
+
+
 def test_a_folder_that_cannot_be_written(command: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No permission, as the system reports it, for a super-user may write all."""
     import os

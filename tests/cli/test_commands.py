@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ import pytest
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.campaign.settings import StudySettings
+from damagepred.campaign.template import Template
 from tests.cli.conftest import Run
 from tests.synthetic_studies import synthetic_study
 
@@ -118,6 +120,21 @@ def test_the_template_of_a_house_is_a_scene_that_can_be_built(command: Run, tmp_
     assert isinstance(house, House)
     assert (house.names[0], len(house.junctions)) == ("front", 6)
     assert house_model(house).n_blocks > 3000
+
+
+@pytest.mark.parametrize("name", [name for name in get_args(Template) if name != "house"])
+def test_each_template_describes_a_wall_that_can_be_built(command: Run, tmp_path: Path, name: str) -> None:
+    from damagepred.one_wall.judged_path import model_of
+    from damagepred.study import Study
+
+    assert command("new", tmp_path / "house.toml", "--template", name).code == 0
+    text = (tmp_path / "house.toml").read_text(encoding="utf-8")
+    assert "damagepred study house.toml -j 2" in text
+    assert "{" not in text.replace("{ course_correlation = 0.4 }", "").replace('{ "joint.cohesion" = 0.7 }', "")
+    scene, _ = Study.from_toml(tmp_path / "house.toml").sample(0)
+    shape = {"wall": "three_loads", "seasons": "three_loads", "jacks": "jacks"}.get(name, "mound")
+    assert (scene.movement.shape, bool(scene.control_joint)) == (shape, name == "control-joint")
+    assert model_of(scene).n_blocks > 500
 
 
 def test_check_prices_a_study(command: Run, small_study_file: Path) -> None:

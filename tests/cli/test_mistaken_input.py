@@ -6,6 +6,8 @@ import pytest
 
 from damagepred.errors import InputError
 from damagepred.scene import Scene
+from damagepred.study import Study
+from tests.campaign.test_run import settings
 from tests.cli.conftest import Run
 
 SCENES = {
@@ -31,6 +33,13 @@ def test_scenes(name: str, tmp_path: Path) -> None:
     assert "\n" not in str(refused.value)
 
 
+def test_a_scene_where_a_study_is_due(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text("[wall]\nlength = 2\n", encoding="utf-8")
+    result = command("study", tmp_path / "wall.toml")
+    assert result.code == 2
+    assert "is a scene; `damagepred solve` solves it" in result.err
+
+
 @pytest.mark.parametrize("words", [["report"], ["fragility"], ["plot"], ["cracks"], ["judge"]])
 def test_a_description_where_a_result_is_due(words: list[str], command: Run, tmp_path: Path) -> None:
     file = tmp_path / "study.toml"
@@ -39,6 +48,13 @@ def test_a_description_where_a_result_is_due(words: list[str], command: Run, tmp
     assert result.code == 2
     assert "is a description, and a result is needed" in result.err
     assert "Errno" not in result.err
+
+
+@pytest.mark.parametrize("samples", [0, -3, 2.5, True, "3"])
+def test_samples_are_a_whole_number(samples: object, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"samples = .*: must be a whole number, 1 or more"):
+        Study(settings()).run(tmp_path / "study.dp", samples=samples)  # type: ignore[arg-type]
+    assert not (tmp_path / "study.dp").exists()
 
 
 @pytest.mark.timeout(60)

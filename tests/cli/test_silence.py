@@ -80,6 +80,28 @@ def test_an_interrupt_while_waiting() -> None:
     assert "Traceback" not in said
 
 
+def test_activities_follow_each_other(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    def until_it_is_said(activity: str) -> None:
+        end = time.monotonic() + 20.0
+        while terminal._WAIT._said != activity and time.monotonic() < end:
+            time.sleep(0.01)
+        assert terminal._WAIT._said == activity
+
+    monkeypatch.setattr(terminal.FORM, "quiet", False)
+    monkeypatch.setattr(terminal.Wait, "FIRST", 0.3)
+    with terminal.doing("reading"):
+        until_it_is_said("reading")
+        with terminal.doing("fitting") as activity:
+            until_it_is_said("fitting")
+            activity[0] = "drawing"
+            until_it_is_said("drawing")
+        monkeypatch.setattr(terminal.Wait, "FIRST", 60.0)
+        with terminal.doing("too quick to be named"):
+            time.sleep(2 * terminal.Wait.TICK)
+    words = [line.partition(",")[0] for line in capfd.readouterr().err.splitlines()]
+    assert words == ["reading", "fitting", "drawing"]
+
+
 class Function:
     """A function of kernels."""
 
@@ -102,6 +124,29 @@ def test_an_activity_is_named_once_however_often_it_is_interrupted(
             wait._say()
     words = [line.partition(", 0 s")[0] for line in capfd.readouterr().err.splitlines()]
     assert words == ["solving", "compiling the kernels, once per version: 2 of 3"]
+
+
+def test_a_long_compilation_is_counted_again(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    functions = [Function(False) for _ in range(3)]
+    monkeypatch.setattr(terminal.FORM, "quiet", False)
+    monkeypatch.setattr(terminal, "_is_compiling", lambda: True)
+    monkeypatch.setattr(progress, "_functions", [("linear", function) for function in functions])
+    monkeypatch.setattr(terminal.Wait, "FIRST", 0.0)
+    monkeypatch.setattr(terminal.Wait, "COUNT", 0.0)
+    wait = terminal.Wait()
+    monkeypatch.setattr(wait, "_watch", lambda: None)
+    wait.bars = 1  # a bar of progress stands still meanwhile
+    with wait.doing("solving"):
+        for function in functions:
+            function.signatures = ["float64"]
+            wait._say()
+    assert [line.partition(", 0 s")[0][-6:] for line in capfd.readouterr().err.splitlines()] == [
+        "1 of 3",
+        "2 of 3",
+        "3 of 3",
+    ]
 
 
 def test_compilation_has_its_name(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:

@@ -51,3 +51,10 @@ def test_check_draws_into_a_folder_or_a_file(command: Run, tmp_path: Path, given
     assert result.code == 0, result.err
     assert (tmp_path / file).stat().st_size > 1000
     assert f"drew {tmp_path / file}" in result.out
+
+
+def test_check_refuses_another_ending_of_the_picture_before_it_solves(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(SCENE)
+    refused = command("check", tmp_path / "wall.toml", "--plot", tmp_path / "wall.csv")
+    assert refused.code == 2
+    assert ".png" in refused.err

@@ -1,10 +1,17 @@
 """Widths of crack bands, of openings by hand, and properties for any openings."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from hypothesis import strategies as st
 
-from damagepred.scene import Damage
-from tests.damage.pattern import Pattern
+from damagepred.assembly import wall_model
+from damagepred.damage import judge
+from damagepred.enumerations import ContactKind
+from damagepred.one_wall.judged_path import gauges
+from damagepred.scene import ControlJoint, Damage, Dpc, Opening, Scene, Wall
+from tests.damage.pattern import Pattern, rules_of
 
 MM = 1e-3
 
@@ -12,6 +19,18 @@ MM = 1e-3
 def band(wall: Pattern, **rules) -> float:
     """Width (mm) of the widest band of a wall drawn by hand."""
     return wall.judge(Damage(**rules)).crack_band_width_max / MM
+
+
+def of_model(scene: Scene, opened: dict[tuple[int, float, float], float], **rules) -> float:
+    """Width (mm) of the widest band of a scene's wall of which the joints nearest to some places open evenly (mm)."""
+    joints = gauges(wall_model(scene)).joints
+    opening, cracked = np.zeros(joints.contact_x.shape), np.zeros(joints.contact_x.shape, dtype=bool)
+    middle = (joints.start + joints.end) / 2
+    for (kind, x, y), width in opened.items():
+        own = np.flatnonzero(joints.kind == kind)
+        nearest = own[np.argmin(np.hypot(*(middle[own] - (x, y)).T))]
+        opening[nearest], cracked[nearest] = width * MM, True
+    return judge(joints, opening, np.zeros_like(opening), cracked, rules_of(Damage(**rules))).crack_band_width_max / MM
 
 
 # -- by hand ---------------------------------------------------------------------------------------------------------
@@ -33,6 +52,36 @@ def test_of_a_stepped_crack_the_larger_component_counts():
 
 
 # -- walls of templates ----------------------------------------------------------------------------------------------
+
+
+PLAIN = Scene(wall=Wall(length=2.88, height=0.9))
+ROW, COLUMN = (0.96, 1.2, 1.44, 1.68), (0.225, 0.3, 0.375, 0.45)
+
+
+def heads(*x: float, y: float = 0.3375) -> dict:
+    return {(ContactKind.HEAD_JOINT, place, y): 1.0 for place in x}
+
+
+def beds(*y: float, x: float = 1.26) -> dict:
+    return {(ContactKind.BED_JOINT, x, place): 1.0 for place in y}
+
+
+@pytest.mark.parametrize(
+    ("parts", "opened", "width"),
+    [
+        ({}, heads(*ROW), 4),
+        ({}, beds(*COLUMN), 4),
+        ({"opening": (Opening(x=1.2, y=0.3, width=0.24, height=0.15),)}, heads(0.96, 1.68), 1),
+        ({"opening": (Opening(x=1.2, y=0.3, width=0.24, height=0.15),)}, beds(0.225, 0.525), 1),
+        ({"control_joint": (ControlJoint(x=1.2),)}, heads(0.96, 1.44, 1.68), 2),
+        ({"control_joint": (ControlJoint(x=1.2),)}, beds(*COLUMN), 4),
+        ({"dpc": Dpc(course=4)}, heads(*ROW, y=0.1875), 0),
+        ({"dpc": Dpc(course=4)}, beds(0.15, 0.225, 0.375, 0.45), 2),
+    ],
+)
+def test_a_gauge_ends_where_the_masonry_does(parts: dict, opened: dict, width: int):
+    """Joints that open by 1 mm each, side by side, beside an opening, a control joint, and on either side of a dpc."""
+    assert of_model(replace(PLAIN, **parts), opened) == pytest.approx(width)
 
 
 # -- for any openings ------------------------------------------------------------------------------------------------

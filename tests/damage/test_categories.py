@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damagepred.damage import Cracks, group_widths
+from damagepred.damage import Cracks, group_widths, load_table
 from damagepred.damage.table import read_table
 from damagepred.errors import InputError
-from damagepred.scene import Damage
+from damagepred.scene import Damage, Scene
 from tests.damage.pattern import Pattern, rules_of
 
 MM = 1e-3
@@ -44,6 +44,27 @@ def test_limits(table: str, limit: float, below: int, above: int):
     assert category(single(limit / 1000), table=table) == above  # however the number was computed
     assert category(single(limit * MM * (1 - 1e-15)), table=table) == above
     assert category(single(limit * MM * (1 + 1e-6)), table=table) == above
+
+
+@pytest.mark.parametrize(("limit", "below", "above"), AS2870[:4])
+def test_plasterboard_raises_the_limits_by_half(limit: float, below: int, above: int):
+    assert category(single(1.5 * limit * MM * (1 - 1e-6)), plasterboard=True) == below
+    assert category(single(1.5 * limit * MM), plasterboard=True) == above
+    assert category(single(limit * MM), plasterboard=True) == below
+
+
+def test_plasterboard_with_bre_is_refused():
+    with pytest.raises(InputError, match=r"damage: plasterboard = true: table 'bre251' has no such allowance.*as2870"):
+        Scene.from_dict({"damage": {"table": "bre251", "plasterboard": True}})
+    with pytest.raises(InputError, match="BRE Digest 251 has no such allowance"):
+        load_table("bre251").with_plasterboard()
+
+
+def test_unknown_table_names_those_there_are():
+    with pytest.raises(InputError, match=r"'as2780': take as2870 or bre251.*mean 'as2870'"):
+        load_table("as2780")
+    with pytest.raises(InputError, match=r"'as2870' or 'bre251'"):
+        Scene.from_dict({"damage": {"table": "as2780"}})
 
 
 # -- the group rule --------------------------------------------------------------------------------------------------

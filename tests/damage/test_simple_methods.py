@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import damagepred
 from damagepred.damage import (
     beam_strain,
+    load_movement_limits,
     load_strain_table,
 )
 from damagepred.errors import InputError
-from damagepred.results.simple_assessment import angular_distortion, simple_categories, simple_category
+from damagepred.results.simple_assessment import angular_distortion, simple_categories, simple_category, simple_methods
 from damagepred.scene import Scene
 
 
@@ -42,6 +44,29 @@ def test_a_study_is_judged_wall_by_wall():
         simple_categories(ds.assign({"wall.height": ("sample", [2.4, 3.0])}))
     with pytest.raises(InputError, match="no scene"):
         simple_categories(ds.assign_attrs(scene="").drop_attrs())
+
+
+def test_table_of_a_scene():
+    scene = Scene.from_dict({"movement": {"central_deflection": 3e-3, "kind": "doming"}})
+    table = damagepred.simple_methods(scene)
+    assert (table["exceeded"] == (table["value"] > table["limit"])).all()
+    assert not table["about"].str.endswith("sagging").any()
+    assert table["about"].str.endswith("hogging").sum() == 1
+    found = table.set_index(["method", "about"])["exceeded"]
+    assert not found["AS 2870-2011 Table 4.1", "full masonry"]  # 6 m / 2000 = 3 mm: at the limit, not beyond
+    assert simple_methods(scene, 5.01e-4).set_index(["method", "about"])["exceeded"][
+        "AS 2870-2011 Table 4.1", "full masonry"
+    ]
+    by = {(limit.author, limit.about): limit for limit in load_movement_limits()}
+    values = {"deflection_ratio": 5e-4, "angular_distortion": angular_distortion(scene)}
+    for row in table[table["measure"] != "tensile_strain"].itertuples():
+        assert row.limit == by[row.method, row.about].value(6.0, 2.4)
+        assert row.value == values[row.measure]
+    strain = simple_category(scene)
+    categories = table[table["measure"] == "tensile_strain"]
+    assert (categories["value"] == max(strain.bending_strain, strain.diagonal_strain)).all()
+    assert categories["limit"].tolist() == list(load_strain_table().limits)
+    assert categories["exceeded"].sum() == int(simple_category(scene).category)
 
 
 def test_where_the_footing_finds_its_own_form_the_deflection_must_be_given():

@@ -14,6 +14,8 @@ from damagepred.damage.tracing import (
     STEPPED,
     VERTICAL,
     Links,
+    Pieces,
+    links_of,
 )
 from damagepred.enumerations import ContactKind
 from tests.damage.pattern import COURSE, HALF, Pattern
@@ -70,6 +72,31 @@ def test_a_piece_of_the_dpc_is_open_or_slid_not_both(opening: float, slip: float
 
 
 # -- through bricks --------------------------------------------------------------------------------------------------
+
+
+def test_yielded_zones_join_cracks_across_a_brick():
+    """Perpends in every other course, in one line; in the brick between, a row of zones has yielded."""
+    wall = Pattern()
+    for r in (2, 4):
+        wall.open("head", 4, r, 1 * MM)
+    assert len(cracks(wall)) == 2
+    # the brick over the lower perpend, from 3 to 5 half bricks, cut into cells of two zones
+    columns, x0 = np.linspace(3, 5, 9) * HALF, 3 * COURSE
+    x, y = (v.ravel() for v in np.meshgrid(columns, (x0, x0 + COURSE)))
+    zones = np.array([z for i in range(8) for z in ((i, i + 1, i + 10), (i, i + 10, i + 9))])
+    yields = np.zeros(len(zones), dtype=bool)
+    links = links_of(Pieces(wall.map), wall.cracked.ravel(), x, y, zones, yields)
+    assert len(cracks(wall, links)) == 2
+    yields[[6, 7, 8, 9]] = True  # those of the two cells in the middle
+    links = links_of(Pieces(wall.map), wall.cracked.ravel(), x, y, zones, yields)
+    (found,) = cracks(wall, links)
+    crack = found.crack
+    assert crack.orientation == VERTICAL
+    assert crack.length == pytest.approx(2 * COURSE)
+    assert COURSE <= crack.length_through_blocks < 1.5 * COURSE
+    assert (crack.path_pieces < 0).sum() >= 2
+    assert crack.branches == 0
+    np.testing.assert_allclose(crack.path[[0, -1]], [(4 * HALF, 2 * COURSE), (4 * HALF, 5 * COURSE)])
 
 
 def test_orientation_of_a_slope_through_bricks_is_diagonal():

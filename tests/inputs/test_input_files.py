@@ -92,3 +92,9 @@ def test_what_is_no_description(content: str, reader: Callable[[Path], object], 
     with pytest.raises(InputError) as refused:
         reader(file)
     assert len(str(refused.value)) <= LONGEST_MESSAGE
+
+
+def test_a_cell_beyond_what_a_table_may_hold(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("joint.friction\n" + '"' + "1" * 200_000 + '"\n', encoding="utf-8")
+    with pytest.raises(InputError, match=r"t\.csv"):
+        READERS[-1](tmp_path / "t.csv")

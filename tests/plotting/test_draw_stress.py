@@ -10,12 +10,44 @@ import damagepred
 from damagepred.errors import InputError
 from damagepred.plotting import draw
 from damagepred.plotting.deformed import Deformed
+from damagepred.plotting.geometry import Zones
 from damagepred.plotting.sheet import moved_to
-from damagepred.plotting.stress import bending_stress, block_stress
+from damagepred.plotting.stress import STRESSES, bending_stress, block_stress, one_of, stress_levels, zone_stress
 
 
 def collection(ax, label):
     return next(c for c in ax.collections if c.get_label() == label)
+
+
+def test_rims_are_the_outlines_of_the_bricks(deformable):
+    zones = Zones.of(deformable)
+    ends = zones.points[zones.rims()]
+    each = deformable.gridpoint_block.values[zones.rims()[:, 0]]
+    length = np.bincount(each, np.hypot(*(ends[:, 1] - ends[:, 0]).T))
+    first = np.bincount(deformable.vertex_block.values, minlength=len(length))
+    for i in range(len(length)):
+        own = deformable.vertex_block.values == i
+        x, y = deformable.vertex_x.values[own], deformable.vertex_y.values[own]
+        assert first[i] == 4
+        assert length[i] == pytest.approx(2 * (np.ptp(x) + np.ptp(y)))
+
+
+@pytest.mark.parametrize("variable", STRESSES)
+def test_levels_are_round_and_show_most_of_the_wall(deformable, variable):
+    levels = stress_levels(deformable, variable, [1, 2])
+    step = np.diff(levels)
+    assert step == pytest.approx(step[0])
+    assert 5 <= len(levels) <= 22
+    assert float(f"{step[0]:.2g}") == pytest.approx(step[0])
+    assert pytest.approx(levels[np.abs(levels).argmin()], abs=1e-12) == 0.0
+    rigid = deformable.block_course.values >= 2
+    field = np.concatenate((zone_stress(deformable, -1), block_stress(deformable, -1)[rigid]))
+    field = 1e-6 * one_of(field, variable.removeprefix("stress_"))
+    area = np.concatenate((Zones.of(deformable).area, np.full(rigid.sum(), 0.15 * 0.96 / rigid.sum())))
+    assert area[(field < levels[0]) | (field > levels[-1])].sum() < 0.1 * area.sum()
+    assert np.abs(field).max() > 0.3 * np.abs(levels).max()
+    two_sided = levels[0] < 0 < levels[-1]
+    assert not two_sided or levels[0] == pytest.approx(-levels[-1])
 
 
 def test_the_movement_of_a_picture_in_words(deformable):

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred.plotting import draw_fragility
+from damagepred.plotting import draw_category_shares, draw_fragility
+from damagepred.plotting.study import common_paths
 
 
 def band(ax, label):
@@ -12,6 +13,18 @@ def band(ax, label):
     (found,) = (c for c in ax.collections if c.get_label() == label)
     corners = found.get_paths()[0].vertices
     return {round(x, 6): np.ptp(corners[np.isclose(corners[:, 0], x), 1]) for x in np.unique(corners[:, 0])}
+
+
+def test_shares_add_up_and_show_what_is_not_known(study):
+    ax = draw_category_shares(study)
+    paths = common_paths(study)
+    unknown = band(ax, "failed, not run, or not followed as far")
+    slight = band(ax, "2 slight")
+    for i, x in enumerate(paths.movement * 1e3):
+        assert unknown[round(x, 6)] == pytest.approx((paths.category[:, i] == -1).mean())
+        assert slight[round(x, 6)] == pytest.approx((paths.category[:, i] == 2).mean())
+    assert ax.get_ylim() == (0.0, 1.0)
+    assert "(mm)" in ax.get_xlabel()
 
 
 def legend(ax):

@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from damagepred.errors import InputError
 from damagepred.plotting import draw_wall
 from damagepred.plotting.geometry import ground_profile, round_exaggeration
 from damagepred.scene import Movement
@@ -27,3 +28,12 @@ def test_status_is_told_at_the_end_of_a_path(cracked):
     ended = cracked.assign_attrs(status="collapsed", status_message="part of the wall collapsed in increment 3")
     assert "part of the wall collapsed" in draw_wall(ended).get_title(loc="left")
     assert "part of the wall collapsed" not in draw_wall(ended, increment=1).get_title(loc="left")
+
+
+def test_wrong_input_is_named(cracked, study):
+    with pytest.raises(InputError, match="vertex_x"):
+        draw_wall(study)
+    with pytest.raises(InputError, match="increment = 9"):
+        draw_wall(cracked, increment=9)
+    with pytest.raises(InputError, match="exaggeration"):
+        draw_wall(cracked, exaggeration=float("nan"))

@@ -53,6 +53,14 @@ def again(ds: xr.Dataset, **rules) -> list:
 # -- limits and groups, at their edges -------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(("plasterboard", "limit"), [(False, 3.0), (True, 4.5)])
+def test_groups_at_their_edge(plasterboard: bool, limit: float):
+    group = [[limit * (1 - 1e-6), limit, limit * (1 - 1e-15), limit + 1e-6]]
+    ds = study([[4.6] * 4], group)
+    assert again(ds, plasterboard=plasterboard) == [[2, 3, 3, 3]]
+    assert again(ds, plasterboard=plasterboard, count_rule=False) == [[2] * 4]
+
+
 def test_the_worst_category_so_far_follows_the_new_limits():
     ds = study([[0.2, 4.0, 0.05], [0.2, 0.05, np.nan]], [[0.0] * 3] * 2)
     ds["damage_category_worst"] = ds["damage_category"].copy(data=np.array([[1, 2, 2], [1, 1, 1]], dtype=np.int8))
@@ -122,6 +130,17 @@ def test_no_values_beyond_the_end_of_a_path():
     strict = damagepred.judge_again(ds, plasterboard=True)
     assert strict["damage_category"].values.tolist() == [[0, 3, -1], [0, 4, 4], [0, 2, 2], [0, 4, 4], [0, 2, -1]]
     assert strict.attrs["highest_category"] == 3
+
+
+def test_what_an_older_archive_does_not_hold_is_said():
+    ds = open_study(OLD)
+    judged = damagepred.judge_again(ds, table="bre251")
+    assert "2 of 3 walls are judged by their widest crack alone" in judged.attrs["judgement"]
+    assert "no deviation from level and plumb" in judged.attrs["judgement"]
+    by_width = load_table("bre251").by_width(np.nan_to_num(ds["crack_width_max"].values))
+    known = np.isfinite(ds["crack_width_max"].values)
+    np.testing.assert_array_equal(judged["damage_category"].values[known], by_width[known])
+    assert "widest crack alone" not in damagepred.judge_again(ds, count_rule=False).attrs["judgement"]
 
 
 # -- the same as solving again ---------------------------------------------------------------------------------------

@@ -1,13 +1,150 @@
 """Limits of valid scenes, and error messages word for word."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
+from damagepred.errors import InputError
 from damagepred.scene import Mound, Movement, Rig, Scene, Soil
 from damagepred.scene.assumed import _ground_values, assumed_ground, ground_line
 from damagepred.scene.concrete import ReinforcedConcrete
+
+WINDOW = {"x": 2.0, "y": 0.9, "width": 1.0, "height": 1.0}
+DOOR = {"kind": "door", "x": 4.5, "width": 0.9, "height": 2.0}
+
+
+def window(**keys: float) -> dict[str, Any]:
+    return {"opening": [WINDOW | keys]}
+
+
+def joints(*places: float) -> dict[str, Any]:
+    return {"control_joint": [{"x": x} for x in places]}
+
+
+def on_dpc(**keys: float) -> dict[str, Any]:
+    return {"dpc": {}, "opening": [DOOR, WINDOW | keys]}
+
+
+MOUND, JACKS = {"shape": "mound"}, {"shape": "jacks"}
+# what just fits, what just does not, what is said of it; lengths of 6 m are compared to 6e-9 m
+EDGES = {
+    "right edge": (window(width=4 + 5e-9), window(width=4 + 7e-9), "opening 1 (window): x + width = 6 m reaches"),
+    "head": (window(height=1.5 + 5e-9), window(height=1.5 + 7e-9), "opening 1 (window): y + height = 2.4 m reaches"),
+    "all its width": (window(x=0.12, width=5.76), window(x=0.0, width=6 - 5e-9), "width = 6 m leaves no wall beside"),
+    "width": (window(width=0.00601), window(width=0.00599), "the width is 0.00599 m and would vanish"),
+    "height": (window(height=0.00376), window(height=0.00374), "the height is 0.00374 m and would vanish as bricks"),
+    "left": (
+        window(x=0.1081),
+        window(x=0.1079),
+        "the pier to its left is 0.1079 m, thinner than half a brick (0.12 m)",
+    ),
+    "right": (
+        window(x=4.8919),
+        window(x=4.8921),
+        "right is 0.1079 m, thinner than half a brick (0.12 m); the nearest x",
+    ),
+    "below": (
+        window(y=0.0676),
+        window(y=0.0674),
+        "thinner than a course (0.075 m); the nearest y that works is 0.075 m",
+    ),
+    "above": (
+        window(y=1.3324),
+        window(y=1.3326),
+        "the strip above it is 0.0674 m, thinner than a course (0.075 m); the ",
+    ),
+    "at the left": (window(x=5e-9), window(x=7e-9), "left is 7e-09 m and would vanish as bricks are laid; take more t"),
+    "at the bottom": (window(y=5e-9), window(y=7e-9), "the strip of wall below it is 7e-09 m and would vanish"),
+    "beside each other": (
+        {"opening": [WINDOW, WINDOW | {"x": 3 + 2e-9}]},
+        {"opening": [WINDOW, WINDOW | {"x": 3 + 5e-10}]},
+        "overlap or touch: x 2-3 m and 3-4 m",
+    ),
+    "window on the dpc": (
+        on_dpc(y=0.113),
+        on_dpc(y=0.112),
+        "dpc.course = 2: the dpc would lie 0.15 m up, in opening 2 (window), which reaches from 0.112 to 1.112 m",
+    ),
+    "window below the dpc": (on_dpc(y=0.075, height=0.0749), on_dpc(y=0.075, height=0.076), "in opening 2 (window), "),
+    "dpc of three courses": (
+        {"wall": {"height": 0.26}, "dpc": {}},
+        {"wall": {"height": 0.26}, "dpc": {"course": 3}},
+        "the wall has 3 courses, so the dpc can lie on top of 1 to 2 of them",
+    ),
+    "dpc of half a course": (
+        {"wall": {"height": 0.2625}, "dpc": {"course": 3}},
+        {"wall": {"height": 0.2624}, "dpc": {"course": 3}},
+        "the wall has 3 courses",
+    ),
+    "dpc of one course": (
+        {"wall": {"height": 0.113}, "dpc": {"course": 1}},
+        {"wall": {"height": 0.08}, "dpc": {"course": 1}},
+        "the wall has 1 courses",
+    ),
+    "first control joint": (
+        joints(3.0, 0.12),
+        joints(3.0, 0.1199),
+        "control joint 2: x = 0.1199 m must lie half a brick (0.12 m) or more from the ends of the wall (0 and 6 m)",
+    ),
+    "last control joint": (joints(3.0, 5.88), joints(3.0, 5.8801), "control joint 2: x = 5.8801 m must lie half"),
+    "control joint outside": (joints(5.0), joints(6.0), "control joint 1: x = 6 m must lie half a brick"),
+    "two control joints": (joints(3.12, 3.0), joints(3.1199, 3.0), "control joint 1: x = 3.1199 m must lie half"),
+    "one twice": (joints(3.0), joints(3.0, 3.0), "control joint 1: x = 3 m must lie"),
+    "control joint in time": (joints(3.0), joints(3.0) | {"dynamics": {}}, "a run in time has no control joints"),
+    "jacks in time": ({"movement": MOUND, "dynamics": {}}, {"movement": JACKS, "dynamics": {}}, "in time has no jacks"),
+    "deflection": (
+        {"movement": {"central_deflection": 0.6}},
+        {"movement": {"central_deflection": 0.6001}},
+        "movement.central_deflection = 0.6001 m: more than a tenth of the wall's length (6 m)",
+    ),
+    "doming mound": (
+        {"movement": MOUND | {"kind": "doming"}, "mound": {"surface_movement": 0.857}},
+        {"movement": MOUND | {"kind": "doming"}, "mound": {"surface_movement": 0.858}},
+        "= 0.858 m: it",
+    ),
+    "dishing mound": (
+        {"movement": MOUND, "mound": {"surface_movement": 1.199}},
+        {"movement": MOUND, "mound": {"surface_movement": 1.201}},
+        "= 1.201 m: it moves the ground",
+    ),
+    "right support": (
+        {"movement": JACKS, "rig": {"supports": [0.0, 6 + 5e-9]}},
+        {"movement": JACKS, "rig": {"supports": [0.0, 6 + 7e-9]}},
+        "rig.supports: 6 m is outside the wall",
+    ),
+    "left jack": (
+        {"movement": JACKS, "rig": {"supports": [1.0, 5.0], "jacks": [-5e-9]}},
+        {"movement": JACKS, "rig": {"supports": [1.0, 5.0], "jacks": [-7e-9]}},
+        "rig.jacks: -7e-09 m is outside the wall",
+    ),
+    "jack beside a support": (
+        {"movement": JACKS, "rig": {"supports": [0.0, 3 - 7e-9]}},
+        {"movement": JACKS, "rig": {"supports": [0.0, 3 - 5e-9]}},
+        "rig.jacks: 3 m is the position of a support",
+    ),
+    "bottom wires": (
+        {"footing": {"concrete": {"bottom": "2x l12tm", "top": " None"}}},
+        {"footing": {"concrete": {"bottom": "4-L10TM", "top": "none"}}},
+        "bottom = '4-L10TM': must be a number of wires and a mesh, "
+        "such as '3-L11TM'; the meshes are L8TM, L11TM, L12TM. Did you mean '4-L1",
+    ),
+    "deflection that is read": (
+        {"movement": MOUND | {"central_deflection": 0.7}},
+        {"movement": {"shape": "arc", "central_deflection": 0.7}},
+        "= 0.7 m: more",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", EDGES)
+def test_edges(name: str) -> None:
+    fits, fails, words = EDGES[name]
+    Scene.from_dict(fits)
+    with pytest.raises(InputError) as caught:
+        Scene.from_dict(fails)
+    assert words in str(caught.value)
 
 
 def test_ground_in_words() -> None:

@@ -74,3 +74,33 @@ def test_damping_by_hand() -> None:
 def test_keys_that_do_not_go_together(kind: type, keys: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         kind(**keys)
+
+
+@pytest.mark.parametrize(
+    ("kind", "keys"),
+    [
+        (BaseMotion, {"kind": "half_sine", "duration": 1e-3}),
+        (BaseMotion, {"file": "a.csv"}),
+        (BaseMotion, {"time": (0.0, 1e-9), "values": (1.0, 1.0)}),
+        (Dynamics, {"damping": "viscous", "frequency": 100.0}),
+        (Dynamics, {"damping": "rayleigh", "frequency": 99.0}),
+        (Joint, {"dilation": 0.75}),
+        (BlockMaterial, {"dilation": 0.75}),
+        (Joint, {"residual_tensile_strength": 0.453e6, "residual_cohesion": 0.375e6}),
+        (Joint, {"shear_fracture_energy": 50.0, "fracture_energy": 9.0}),
+        (Joint, {"compressive_strength": 9e6}),
+        (Wall, {"block_length": 6.0, "block_height": 2.4}),
+        (Solver, {"contacts_per_interface": 2}),
+        (Solver, {"contacts_per_interface": 1, "quadrature": "midpoint"}),
+        (Damage, {"plasterboard": True}),
+        (Mound, {"shape": "mitchell", "embedment": 3.999}),
+        (Mound, {"shape": "mitchell", "embedment": 4.0, "exponent": 2.0}),
+        (Mound, {"embedment": 4.0}),
+        (Mound, {"shape": "table", "table": ((0, 0), (1, 1))}),
+        (Mound, {"shape": "tunnel", "reach": 1.0}),
+        (Rig, {"control": "load", "jack_load": 0.0}),
+        (Rig, {"supports": (2.0, 1.0), "jacks": (3.0,)}),
+    ],
+)
+def test_keys_at_the_edge_of_what_goes(kind: type, keys: dict[str, Any]) -> None:
+    kind(**keys)

@@ -8,7 +8,7 @@ import pytest
 import damagepred
 from damagepred import Study
 from damagepred.errors import InputError
-from damagepred.scene import Dynamics, Scene
+from damagepred.scene import BaseMotion, Dynamics, Scene
 
 LEVELS = "x (m),level (mm)\n0,0\n1,-1.0\n2,-4.1\n3,-11.8\n4,-19.9\n"
 WALL = "[wall]\nlength = 4\nheight = 0.6\nblock_length = 0.5\nblock_height = 0.15\n"
@@ -145,6 +145,21 @@ def dynamics(folder: Path, record: str, keys: str = "", base: str = "") -> Dynam
 
 
 LATE = "t (s),a (m/s2)\n0,0\n5,0\n6,1\n8,-1\n9,0\n12,0\n"
+
+
+def test_a_run_covers_its_records(tmp_path: Path) -> None:
+    late = dynamics(tmp_path, LATE)
+    assert (late.run_duration, late.loading_end) == (12.0, 9.0)
+    assert dynamics(tmp_path, "t,a\n0,0\n0.2,1\n0.4,0\n").run_duration == 2.0
+    assert dynamics(tmp_path, LATE, base="start = 3").run_duration == 15.0
+    assert dynamics(tmp_path, LATE, keys="movement_time = 20").run_duration == 20.0
+    assert Dynamics(base=(BaseMotion(file=str(tmp_path / "q.csv")),)).run_duration == 12.0
+    pulse = BaseMotion(kind="half_sine", acceleration=1.0, duration=0.5, start=4.0)
+    assert Dynamics(base=(pulse,)).run_duration == 4.5
+    for text in ("t (ms),a (g)\n0,0\n200,0.1\n400,0\n", "t;a (cm/s2)\n0;0\n0,2;98,0665\n0,4;0\n"):
+        [motion] = dynamics(tmp_path, text).base
+        assert motion.file is None
+        np.testing.assert_allclose([motion.time, motion.values], [[0, 0.2, 0.4], [0, 0.980665, 0]])
 
 
 @pytest.mark.parametrize(

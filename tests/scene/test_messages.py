@@ -229,6 +229,28 @@ def house() -> Scene:
     )
 
 
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        (
+            "opening.0.width",
+            "no opening '0'; numbers count from 1, here to 2. Older files counted from 0: opening.0 is",
+        ),
+        ("opening.3.width", "no opening '3'; numbers count from 1, here to 2"),
+        ("opening.-1.width", "no opening '-1'; numbers count from 1, here to 2"),
+        ("opening.door.width", "no opening 'door'; numbers count from 1, here to 2"),
+        ("movement.table.0.1", "no movement.table '0'; numbers count from 1, here to 4"),
+        ("movement.table.1.3", "no movement.table.1 '3'; numbers count from 1, here to 2"),
+        ("control_joint.1.x", "no control_joint '1'; the scene has none"),
+        ("movement.stage.1.central_deflection", "no movement.stage '1'; the scene has none"),
+    ],
+)
+def test_items_of_lists_count_from_1(house: Scene, place: str, words: str):
+    with pytest.raises(InputError) as caught:
+        house.with_values({place: 1.0})
+    assert words in str(caught.value)
+
+
 # -- files -----------------------------------------------------------------------------------------------------------
 
 

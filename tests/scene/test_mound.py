@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from damagepred.scene import Mound
-from damagepred.scene.mound import gaussian, mitchell, walsh
+from damagepred.errors import InputError
+from damagepred.scene import Mound, Scene
+from damagepred.scene.mound import gaussian, mitchell, tree, walsh
 
 LENGTH = 6.0
 X = np.linspace(0.0, LENGTH, 1201)
@@ -36,6 +37,41 @@ def test_mitchell_exponent_by_hand():
 # -- other causes ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    "mound",
+    [
+        Mound(shape="tree", position=-1.0, reach=5.0),
+        Mound(shape="pipe", reach=1.5),
+        Mound(shape="tunnel", reach=2.0),
+        Mound(shape="table", table=((0, 0), (0.5, 1), (1, 0))),
+    ],
+    ids=lambda mound: mound.shape,
+)
+def test_other_causes_settle_in_dishing_and_heave_in_doming(mound: Mound):
+    down, up = mound.profile(X, LENGTH, "dishing"), mound.profile(X, LENGTH, "doming")
+    np.testing.assert_array_equal(down, -up)
+    assert (down <= 0).all()
+    assert down.min() >= -mound.surface_movement
+    assert down.min() < -0.5 * mound.surface_movement
+
+
+def test_tree_at_the_end_and_beyond_it():
+    at_end = Mound(shape="tree", surface_movement=0.05, reach=4.0)
+    np.testing.assert_allclose(
+        at_end.profile(np.array([0.0, 1.0, 2.0, 4.0, 6.0]), LENGTH, "dishing"),
+        [-0.05, -0.05 * 9 / 16, -0.05 / 4, 0.0, 0.0],
+        rtol=1e-12,
+    )
+    beyond = Mound(shape="tree", surface_movement=0.05, reach=4.0, position=8.0)  # 2 m to the right of the wall
+    np.testing.assert_allclose(beyond.profile(np.array([6.0, 4.0, 0.0]), LENGTH, "dishing"), [-0.0125, 0.0, 0.0])
+    assert Mound(shape="tree").extent(LENGTH) == LENGTH
+    straight = Mound(shape="tree", surface_movement=0.05, reach=4.0, exponent=1.0)
+    np.testing.assert_allclose(straight.profile(np.array([1.0, 3.0]), LENGTH, "doming"), [0.0375, 0.0125], rtol=1e-12)
+    slope = (tree(np.array([4.0]), 4.0) - tree(np.array([4.0 - 1e-6]), 4.0)) / 1e-6
+    assert abs(slope[0]) < 1e-6  # level where it ends
+    np.testing.assert_allclose(tree(np.array([1.0, -1.0]), 4.0, 1.0), 0.75)  # a straight line, either side
+
+
 def test_tunnel_trough_has_the_volume_and_slope_of_peck():
     i = 1.7
     x = np.linspace(-20.0, 20.0, 40001)
@@ -57,3 +93,13 @@ def test_ground_over_a_tunnel_moves_along_the_line_to_its_axis(kind: str, toward
     strain = np.gradient(u, X)  # settling ground is squeezed over the axis and stretched outside the inflection points
     assert towards * strain[np.argmin(np.abs(X - 1.0))] < 0
     assert towards * strain[np.argmin(np.abs(X - 5.9))] > 0
+
+
+@pytest.mark.parametrize(
+    "position", [(0.0, 0.5, 0.5, 1.0), (0.0, 0.6, 0.4, 1.0), (0.0, 0.0, 1.0), (0.1, 1.0), (0.0, 0.9)]
+)
+def test_positions_of_a_table_rise_from_0_to_1(position):
+    with pytest.raises(InputError, match="positions must rise from 0 to 1"):
+        Scene.from_dict(
+            {"mound": {"shape": "table", "table": [[p, 0.5] for p in position]}, "movement": {"shape": "mound"}}
+        )

@@ -85,6 +85,16 @@ def test_what_is_no_table_of_numbers(tmp_path: Path, text: str | bytes, said: st
     assert "table.csv" in str(refused.value)
 
 
+def test_a_header_may_be_left_out_where_columns_go_by_their_place(tmp_path: Path) -> None:
+    table = read_number_table(written(tmp_path, "0;1,5\n2;3\n"), columns=2, header=False)
+    assert table.numbers(1, "m").tolist() == [1.5, 3.0]
+    for text in ("nan,1\n2,3\n", ",1\n2,3\n"):
+        with pytest.raises(InputError, match="line 1"):
+            read_number_table(written(tmp_path, text), columns=2, header=False).numbers(0, "m")
+    with pytest.raises(InputError, match="has 3 columns, and 2 are due"):
+        read_number_table(written(tmp_path, "0,1,5\n2,3,5\n"), columns=2, header=False)
+
+
 def test_workbooks(tmp_path: Path) -> None:
     pytest.importorskip("openpyxl")
     frame = pd.DataFrame({"x (m)": [0, 1.5], "level (mm)": [1, -3.25]})

@@ -1,16 +1,19 @@
 """Results that cannot be right are refused where the input shows it, and marked where only the result does."""
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import tomli_w
 
 import damagepred
-from damagepred import Scene
+from damagepred import Scene, solve
 from damagepred.archive.files import read_dataset
+from damagepred.assembly import NO_LIMITS
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.errors import InputError
+from damagepred.scene import Joint, Wall
 from damagepred.scene.plausibility import unlikely_values
 from damagepred.scene.reading import build
 from damagepred.scene.scene import archived_scene
@@ -95,6 +98,16 @@ UNLIKELY = {
     ),
     "a deep soil": ({"mound": {"suction_depth": 40}}, "mound.suction_depth = 40 m: did you mean '40 mm'?"),
 }
+
+
+def test_scenes_made_in_python_are_refused_alike() -> None:
+    """Also where ``replace`` has put an impossible value, as ``solve`` reads it; sampled walls are taken."""
+    with pytest.raises(InputError, match=r"Scene: joint.friction = 36.9: must be at most 5. Did you mean 0.75"):
+        Scene(joint=Joint(friction=36.9))
+    changed = replace(Scene(wall=Wall(length=0.48, height=0.15)), joint=Joint(friction=36.9))
+    with pytest.raises(InputError, match=r"scene: joint.friction = 36.9"):
+        solve(changed, increments=1)
+    assert solve(changed, increments=1, limits=NO_LIMITS).attrs["status"] == "complete"
 
 
 @pytest.mark.parametrize("name", UNLIKELY)

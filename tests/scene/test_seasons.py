@@ -13,14 +13,26 @@ from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.results.tables import path_columns, year_columns, year_frame
 from damagepred.scene import Seasons, SeasonStep
+from damagepred.uq.estimate import probability
 
 SMALL = {"wall": {"length": 1.44, "height": 0.6}, "dpc": {"course": 2}}
+
+
+def many(years: int = 40, count: int = 600, **keys: object) -> np.ndarray:
+    """Return the movements of many seeds (seeds, years, 2)."""
+    return np.array([Seasons(years=years, seed=k, **keys).movements() for k in range(count)]).reshape(count, years, 2)
 
 
 def test_a_leak_comes_stays_and_goes() -> None:
     leak = SeasonStep(year=1, movement="6 mm", rise=1, end=3)
     found = Seasons(years=4, swing=0, trend=0, step=(leak,)).movements()
     np.testing.assert_allclose(1e3 * found, [0, 0, 3, 6, 6, 0, 0, 0], atol=1e-12)
+
+
+def test_a_step_comes_in_its_share_of_the_samples() -> None:
+    rare = SeasonStep(year=1, movement="6 mm", rise=0, probability=0.25)
+    found = many(years=2, count=2000, swing="1 mm", swing_cov=0, step=(rare,))
+    assert (found[:, 1, 0] > 5e-3).mean() == pytest.approx(0.25, abs=0.03)
 
 
 @pytest.mark.parametrize(
@@ -35,6 +47,11 @@ def test_a_leak_comes_stays_and_goes() -> None:
 def test_wrong_seasons_are_named(keys: dict, words: str) -> None:
     with pytest.raises(InputError, match=words):
         Scene.from_dict({"movement": {"seasons": keys}})
+
+
+def test_jacks_do_not_pull() -> None:
+    with pytest.raises(InputError, match="jacks push one way"):
+        Scene.from_dict({"movement": {"shape": "jacks", "seasons": {"years": 2}}})
 
 
 @pytest.mark.thorough
@@ -78,6 +95,22 @@ def of_years(category: list[list[int]], status: SampleStatus = SampleStatus.COMP
     )
 
 
+def test_categories_by_year_so_far_and_now() -> None:
+    """Of four walls one has closed again by year 2, so that one in two has been damaged, and one in four is."""
+    ds = of_years([[0, 1, 0], [0, 0, 2], [0, 0, 0], [0, 0, 0]])
+    rows = {c.name: [cell.split()[0] for cell in c.cells] for c in year_columns(ds)}
+    assert rows["category 1 or worse so far"] == ["0.25", "0.50"]
+    assert rows["category 1 or worse now"] == ["0.25", "0.25"]
+    assert rows["category 2 or worse so far"] == ["0.00", "0.25"]
+    frame = year_frame(ds)
+    assert frame.loc[(1, 2.0)]["so_far"] == 0.5
+    assert frame.loc[(2, 2.0)]["now"] == 0.25
+    assert frame["so_far"].between(frame["so_far_lower"], frame["so_far_upper"]).all()
+    band = probability(np.array([1.0, 1.0, 0.0, 0.0]))
+    cell = next(c for c in year_columns(ds) if c.name == "category 1 or worse so far").cells[1]
+    assert cell == f"0.50 ({band.lower:.2f} to {band.upper:.2f})"
+
+
 def test_a_wall_that_was_not_followed_counts_by_what_it_reached() -> None:
     ds = of_years([[0, 1, -1], [0, 0, 0]])
     rows = {c.name: [cell.split()[0] for cell in c.cells] for c in year_columns(ds)}
@@ -87,3 +120,18 @@ def test_a_wall_that_was_not_followed_counts_by_what_it_reached() -> None:
     failed = of_years([[0, 4, -1]], SampleStatus.FAILED)
     both = xr.concat([ds, failed], "sample")
     assert [c.cells for c in year_columns(both)] == [c.cells for c in year_columns(ds)]
+
+
+def test_defaults_of_seasons_are_named_with_their_units_and_those_given_are_not():
+    from damagepred.scene.assumed import assumed_seasons
+
+    given = {"movement": {"seasons": {"years": 3}}}
+    default = Scene.from_dict(given).movement.seasons
+    said = assumed_seasons(Scene.from_dict(given))
+    assert f"a mean swing of {1e3 * default.swing:g} mm" in said
+    assert default.swing < 1.0  # m
+    given["movement"]["seasons"]["swing"] = "7 mm"
+    assert not any("mean swing" in line for line in assumed_seasons(Scene.from_dict(given)))
+    assert not any(
+        "swing of" in line for line in assumed_seasons(Scene.from_dict(given), ["movement.seasons.swing_cov"])
+    )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from damagepred import Scene
+from damagepred import Movement, Scene
 from damagepred.errors import InputError
 from damagepred.results.simple_assessment import angular_distortion, simple_methods
 from damagepred.scene.what_moves import what_moves
@@ -65,6 +65,21 @@ def test_measures_by_hand():
     assert measured["central_deflection"] == 0.0
 
 
+def test_trough_by_volume_loss_and_its_horizontal_strain():
+    """S = V_l pi D^2 / 4 / (sqrt(2 pi) i); the strain along the wall is S / z_0 over the axis, compression."""
+    movement = scene(
+        shape="trough", trough_width="3 m", tunnel_depth="8 m", volume_loss=0.02, tunnel_diameter="4 m"
+    ).movement
+    size = 0.02 * math.pi * 4.0 / (math.sqrt(2 * math.pi) * 3.0)
+    assert movement.size == pytest.approx(size, rel=1e-12)
+    shift = movement.horizontal_profile(X, 6.0)
+    assert shift[0] > 0 > shift[-1]  # towards the axis
+    assert np.gradient(shift, X)[300] == pytest.approx(-size / 8.0, rel=1e-3)
+    assert movement.measures(6.0, 0.24)["horizontal_strain"] == pytest.approx(size / 8.0, rel=1e-2)
+    inflection = X[np.abs(np.gradient(np.gradient(movement.profile(X, 60.0), X), X)[5:-5]).argmin() + 5]
+    assert min(abs(inflection - 27.0), abs(inflection - 33.0)) < 1e-9 or X.max() < 27.0
+
+
 def test_a_sampled_volume_loss_moves_the_ground():
     wall = scene(shape="trough", trough_width="3 m", volume_loss=0.01, tunnel_diameter="4 m")
     more = wall.with_values({"movement.volume_loss": 0.02})
@@ -88,6 +103,26 @@ def test_survey_errors_are_drawn_for_each_sample():
     errors = np.array(drawn) - exact
     assert errors.std() == pytest.approx(2e-3, rel=0.1)
     assert abs(errors.mean()) < 3 * 2e-3 / math.sqrt(errors.size)
+
+
+def test_a_function_with_displacements():
+    movement = Movement.from_function(lambda x: -(x**2), horizontal=lambda x: 0.5 * x, settlement="8 mm")
+    ends = np.array([0.0, 5.0])
+    np.testing.assert_allclose(movement.profile(ends, 5.0), [0.0, -8e-3], atol=1e-15)
+    np.testing.assert_allclose(movement.horizontal_profile(ends, 5.0), [0.0, 4e-3], atol=1e-15)
+
+
+def test_histories_go_both_ways():
+    stages = [{"settlement": "10 mm"}, {"kind": "heave", "settlement": "4 mm"}]
+    movement = scene(shape="settle", stage=stages).movement
+    history = movement.increments_of_history()
+    assert movement.settlement == 0.01
+    assert history is not None
+    assert history.load_factors[[10, 20]].tolist() == [1.0, -0.4]
+    wall = scene(shape="settle", stage=stages).with_values({"movement.settlement": 0.02})
+    assert [s.settlement for s in wall.movement.stage] == [0.02, 0.008]
+    swinging = scene(shape="tilt", seasons={"years": 2, "swing": "10 mm", "swing_cov": 0.0}).movement
+    assert swinging.settlement == pytest.approx(5e-3)
 
 
 @pytest.mark.parametrize(

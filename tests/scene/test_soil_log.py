@@ -1,6 +1,7 @@
 """From soil log to surface movement: closed forms, site classes, and the mound that follows."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +21,17 @@ LOG = [{"thickness": "4 m", "shrink_swell_index": "4 %"}]
 
 def layer(thickness: float, index: float) -> SoilLayer:
     return SoilLayer(thickness=thickness, shrink_swell_index=index)
+
+
+def test_the_mound_follows_from_the_log() -> None:
+    log = [{"thickness": "4 m", "shrink_swell_index": "4 %"}]
+    scene = Scene.from_dict({**FOOTED, "soil_layer": log, "mound": {"suction_depth": "2.3 m"}})
+    assert scene.mound.surface_movement == pytest.approx(surface_movement([layer(4, 0.04)], Suction(), 2.3))
+    assert Scene.from_dict(scene.to_dict()) == scene
+    softer = scene.with_values({"soil_layer.1.shrink_swell_index": 0.02})
+    assert softer.mound.surface_movement == pytest.approx(0.5 * scene.mound.surface_movement)
+    assert "change of suction 1.2 pF" in ground_line(scene)
+    assert "change of suction" not in ground_line(scene, ["suction.change"])
 
 
 @pytest.mark.parametrize(
@@ -82,6 +94,12 @@ def test_a_log_that_ends_above_the_suction_depth_is_refused_or_goes_on_as_asked(
         surface_movement([layer(1.5, 0.04)], Suction(), 3.0)
 
 
+def test_a_sampled_log_is_refused_where_it_ends_early() -> None:
+    depth = {"distribution": "uniform", "lower": 3.5, "upper": 4.5}
+    with pytest.raises(InputError, match=r"variables.\"mound.suction_depth\".*log ends at 4 m.*to 4.5 m"):
+        StudySettings.from_dict({"scene": {**FOOTED, "soil_layer": LOG}, "variables": {"mound.suction_depth": depth}})
+
+
 TWO = [{"thickness": 1, "shrink_swell_index": 0.01}, {"thickness": 5, "shrink_swell_index": 0.04, "name": "clay"}]
 
 
@@ -109,6 +127,20 @@ def test_one_number_named_twice_is_refused() -> None:
     both = {f"soil_layer.{step}.shrink_swell_index": index(0.04) for step in ("2", "clay")}
     with pytest.raises(InputError, match="is the same number as"):
         StudySettings.from_dict({"scene": {**FOOTED, "soil_layer": TWO}, "variables": both})
+
+
+def test_each_mean_that_is_not_the_scenes_value_is_named() -> None:
+    variables = {
+        "joint.friction": {"distribution": "normal", "mean": 0.5, "cov": 0.1},
+        "joint.cohesion": {"distribution": "lognormal", "mean": "0.375 MPa", "cov": 0.5},
+        "joint.tensile_strength": {"distribution": "lognormal", "median": "0.453 MPa", "dispersion": 0.5},
+        "block.density": {"distribution": "uniform", "lower": 1800, "upper": 2000},
+    }
+    settings = StudySettings.from_dict({"scene": {}, "variables": variables})
+    assert settings.other_means() == [
+        "variable joint.friction: mean 0.5, the scene has 0.75; walls follow the variable",
+        "variable block.density: mean 1900 kg/m³, the scene has 2000 kg/m³; walls follow the variable",
+    ]
 
 
 def test_the_climatic_zone_gives_depth_and_change_of_suction_where_they_are_not_given() -> None:
@@ -149,6 +181,15 @@ def test_the_log_gives_the_size_of_the_seasons() -> None:
     assert "a mean swing of 0.6 y_s" in assumed_seasons(
         replace(scene, movement=Movement(shape="mound", seasons=Seasons()))
     )
+
+
+def test_a_swing_beside_a_log_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(
+        "[movement]\nshape = 'mound'\n[movement.seasons]\nswing = 0.02\n"
+        "[[soil_layer]]\nthickness = 4\nshrink_swell_index = 0.04\n"
+    )
+    with pytest.raises(InputError, match=r"follows from .*soil_layer.*; give swing_share"):
+        Scene.from_toml(tmp_path / "wall.toml")
 
 
 def test_site_classes_have_the_probabilities_of_the_lognormal_index() -> None:

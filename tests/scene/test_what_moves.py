@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from damagepred.scene import Scene
@@ -129,3 +130,9 @@ def on_mound(kind: str, **mound: Any) -> Scene:
 )
 def test_the_sentence_has_place_direction_and_size(described: Scene, words: str) -> None:
     assert words in what_moves(described)
+
+
+def test_the_ground_rises_as_the_model_follows_it() -> None:
+    described, x = scene(movement={"shape": "mound", "kind": "dishing", "stage": STAGES}), np.array([0.0, 5.0, 10.0])
+    assert described.ground_rise(x, -0.75) == pytest.approx([-0.021, 0.0, -0.021])
+    assert described.ground_rise(x) == pytest.approx([0.02, 0.0, 0.02])

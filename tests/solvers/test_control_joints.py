@@ -9,8 +9,9 @@ import damagepred
 from damagepred.assembly import Model, wall_geometry, wall_model
 from damagepred.assembly.interfaces import ground_movement
 from damagepred.enumerations import ContactKind
+from damagepred.errors import InputError
 from damagepred.one_wall.judged_path import follow
-from damagepred.scene import ControlJoint, Damage, Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
+from damagepred.scene import ControlJoint, Damage, Dpc, Dynamics, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 
 LENGTH, HEAVY = 2.4, Loads(roof=20e3)
 QUASI_STATIC = Solver()
@@ -142,6 +143,13 @@ def test_a_control_joint_is_no_crack():
     np.testing.assert_allclose(ds.contact_shear_stress.values[:, at_joint], 0.0)
     opened = ds.contact_opening.values[:, at_joint].max(axis=1)
     np.testing.assert_allclose(ds.control_joint_opening_max, np.maximum(opened, 0.0))
+
+
+def test_runs_in_time_have_none():
+    with pytest.raises(InputError, match="control_joint"):
+        Scene.from_dict({"control_joint": [{"x": 3.0}], "dynamics": {"duration": 1.0}})
+    with pytest.raises((InputError, ValueError), match="control_joint"):
+        damagepred.solve(scene(LENGTH / 2), dynamics=Dynamics(duration=1.0))
 
 
 def test_beside_a_window_that_reaches_the_top():

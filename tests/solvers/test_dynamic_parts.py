@@ -7,12 +7,12 @@ import pytest
 from scipy import integrate
 
 import damagepred
-from damagepred import Assembly
+from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
-from damagepred.errors import InputError
+from damagepred.errors import DivergenceError, InputError
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Solver
 from damagepred.solvers.dynamics.base_motion import base_displacement, from_record
-from tests.solvers.dynamic_scenes import stack
+from tests.solvers.dynamic_scenes import STIFF, THICKNESS, dry, stack, started
 
 
 @pytest.mark.parametrize("kind", ["half_sine", "full_sine", "rectangular"])
@@ -54,6 +54,25 @@ def test_records_of_acceleration_and_velocity_give_the_same_motion(tmp_path: Pat
     np.testing.assert_allclose(read[:, 0], 2 * exact, atol=4e-6)
 
 
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        ({"duration": 0}, r"\[dynamics\] duration = 0: must be greater than 0 s"),
+        ({"duration": "5 m"}, "wrong kind of unit"),
+        ({"damping": "some"}, "must be 'none', 'viscous', 'rayleigh' or 'local'"),
+        ({"damping": "rayleigh", "frequency": 200}, "second_frequency = 100 Hz: must be above frequency = 200 Hz"),
+        ({"base": [{"kind": "half_sine"}]}, "needs one greater than 0 s"),
+        ({"base": [{}]}, "a record needs two points or more"),
+        ({"base": [{"time": [0, 1, 1], "values": [0, 1, 2]}]}, "time: must rise"),
+        ({"base": [{"kind": "full_sine", "duration": 1, "file": "a.csv"}]}, "only read with kind = 'record'"),
+        ({"bse": []}, "unknown key"),
+    ],
+)
+def test_bad_settings_are_named(tables: dict, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Scene.from_dict({"dynamics": tables})
+
+
 def test_scenes_that_cannot_be_run_in_time_are_refused(tmp_path: Path) -> None:
     missing = Dynamics(base=(BaseMotion(file=str(tmp_path / "none.csv")),))
     with pytest.raises(InputError, match=r"none\.csv"):
@@ -81,6 +100,27 @@ def test_a_study_of_runs_in_time_is_refused(tmp_path: Path) -> None:
     file.write_text("[study]\nsamples = 2\n[scene.dynamics]\nduration = 1.0\n")
     with pytest.raises(InputError, match=r"\[scene.dynamics\]: a study follows the movement"):
         StudySettings.from_toml(file)
+
+
+@pytest.mark.parametrize(("faster", "diverges"), [(1.15, False), (2.0, True)])
+def test_a_run_that_gains_half_of_its_energy_has_diverged(faster: float, diverges: bool) -> None:
+    """The energy balance reports a gain of a third; a threefold energy ends the run."""
+    flying = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS, joint=dry(1e9, 0.3))
+    flying.set_velocity(flying.add_block(rectangle(0.0, 0.0, 0.24, 0.075)), x=1.0)
+    course = started(flying.build(STIFF), 0.1, 10)
+    course.advance()
+    had = course.energy.balance().kinetic_energy
+    course.motion.velocity[:] *= faster
+    if diverges:
+        with pytest.raises(
+            DivergenceError, match=r"more energy than was put in; fastest is block 0 .*time_step_safety"
+        ):
+            course.advance()
+    else:
+        course.advance()
+    balance = course.energy.balance()
+    assert balance.kinetic_energy < 5.0 * had
+    assert balance.energy_error == pytest.approx(had * (1.0 - faster**2), rel=1e-9)
 
 
 @pytest.mark.parametrize(

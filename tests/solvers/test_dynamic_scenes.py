@@ -8,7 +8,7 @@ import pytest
 import damagepred
 from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BaseMotion, Dynamics, Joint, Movement, Wall
+from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Movement, Wall
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, G, deepest, dry, run, turned
 
 GENTLE = {"damping": "rayleigh", "damping_ratio": 0.6, "frequency": 0.02, "second_frequency": 2000.0}
@@ -158,3 +158,33 @@ def test_interrupting_keeps_what_was_reached() -> None:
     )
     assert ds.attrs["status"] == "interrupted"
     assert ds.sizes["increment"] == 3
+
+
+def test_damping_by_mass_is_that_of_motion_relative_to_the_base() -> None:
+    """A bonded block on ground under constant acceleration a: an oscillator under -a, whatever the ground's speed."""
+    ratio, acceleration, stiffness = 0.2, 2.0, 1e8
+    omega = np.sqrt(stiffness / (2000.0 * 0.1))
+    time = 4 * 2 * np.pi / omega
+    wall = Assembly(thickness=THICKNESS, gravity=(0.0, 0.0), joint=Joint(normal_stiffness=stiffness))
+    stiff = BlockMaterial(elastic_modulus=1e11, poisson_ratio=0.0)
+    wall.rest_on_ground([wall.add_block(rectangle(0.0, 0.0, 0.2, 0.1), stiff)])
+    base = BaseMotion(kind="rectangular", direction="y", acceleration=acceleration, duration=2 * time)
+    ds = run(
+        wall,
+        time,
+        80,
+        damping="viscous",
+        damping_ratio=ratio,
+        frequency=omega / (2 * np.pi),
+        base=(base,),
+        new_contacts=False,
+        time_step_safety=0.02,
+    )
+    t, damped = ds["time"].values, omega * np.sqrt(1 - ratio**2)
+    swing = np.cos(damped * t) + ratio * omega / damped * np.sin(damped * t)
+    exact = -acceleration / omega**2 * (1 - np.exp(-ratio * omega * t) * swing)
+    np.testing.assert_allclose(
+        ds["block_displacement_y"].values[:, 0], exact, rtol=0, atol=0.01 * acceleration / omega**2
+    )
+    # elastic joints balance to the last digits, whatever the base does to what is damped
+    assert np.abs(ds["energy_error"].values).max() < 1e-9 * float(ds["external_work"].max())

@@ -1,12 +1,14 @@
 """The gap between a wall without a dpc and its footing: measured, judged, and with separate properties."""
 
+import numpy as np
 import pytest
 
 import damagepred
 from damagepred.assembly import wall_model
+from damagepred.damage import load_table
 from damagepred.enumerations import ContactKind
 from damagepred.results.rejudge import footing_gap_note
-from damagepred.scene import Footing, Joint, Movement, Scene, Solver, Wall
+from damagepred.scene import Damage, Dpc, Footing, Joint, Movement, Scene, Solver, Wall
 
 MM = 1e-3
 BED = ContactKind.FOOTING_INTERFACE
@@ -23,6 +25,17 @@ def stands_on(kind: str, deflection: float, joint: Joint | None = LOOSE, **more)
         movement=Movement(kind=kind, central_deflection=deflection, increments=2, shape="parabola"),
         **more,
     )
+
+
+@pytest.mark.parametrize(("rule", "dpc", "counts"), [(False, None, False), (True, None, True), (True, Dpc(), False)])
+def test_the_gap_counts_if_set_and_without_a_dpc(rule: bool, dpc: Dpc | None, counts: bool):
+    wall = damagepred.solve(stands_on("doming", 7 * MM, dpc=dpc, damage=Damage(count_footing_gap=rule)))
+    gap = np.maximum(wall["footing_opening_max"].values, wall["dpc_opening_max"].values)
+    assert gap[-1] > 5 * MM
+    expected = load_table("as2870").by_width(gap if counts else np.zeros(3))
+    assert wall["damage_category"].values.tolist() == expected.tolist()
+    assert wall["damage_category_band"].values.tolist() == expected.tolist()
+    assert bool(footing_gap_note(wall)) == (not rule)
 
 
 def test_a_gap_that_does_not_count_is_reported():

@@ -60,6 +60,24 @@ def assert_same(one: Increment, other: Increment, tolerance: float) -> None:
     assert (one.state == other.state).mean() > 0.998
 
 
+@pytest.mark.parametrize("way", ["quasi_static", "whole"])
+@pytest.mark.parametrize(("shape", "kind"), MOUNDS)
+def test_a_path_read_in_between_is_the_path_to_the_smaller_surface_movement(shape: str, kind: str, way: str) -> None:
+    scene = on_mound(MOUNDS[shape, kind], kind, WAYS[way])
+    path = states(scene, 4)
+    for reached in (1, 2, 3):
+        smaller = states(on_mound(MOUNDS[shape, kind], kind, WAYS[way], reached / 4), reached)
+        assert_same(path[reached], smaller[-1], 1e-6)
+
+
+@pytest.mark.parametrize("way", ["explicit", "explicit whole"])
+@pytest.mark.parametrize(("shape", "kind"), [("walsh", "doming"), ("walsh", "dishing"), ("pipe", "doming")])
+def test_the_same_with_the_explicit_solver(shape: str, kind: str, way: str) -> None:
+    scene = on_mound(MOUNDS[shape, kind], kind, WAYS[way])
+    path, smaller = states(scene, 2), states(on_mound(MOUNDS[shape, kind], kind, WAYS[way], 0.5), 1)
+    assert_same(path[1], smaller[-1], 1e-6)
+
+
 @pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 def test_the_path_to_an_arc_passes_through_flatter_arcs(method: str) -> None:
     """The circle of half the deflection differs from half of the circle, by 4e-4 here."""

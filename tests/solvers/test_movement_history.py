@@ -52,6 +52,13 @@ def test_the_worst_category_stays_and_is_judged_anew() -> None:
     assert (judged["damage_category_worst"].values == np.maximum.accumulate(judged["damage_category"].values)).all()
 
 
+def test_stages_of_time_alone_leave_the_ground_where_it_is() -> None:
+    strain = {"movement": {"stage": [{"time": 1.0, "strain": 1e-4}, {"time": 2.0, "strain": 2e-4}]}}
+    assert Scene.from_dict(strain).movement.central_deflection == 0.0
+    with pytest.raises(InputError, match="nothing moves; give a movement, a strain or creep"):
+        Scene.from_dict({"movement": {"stage": [{"time": 1.0}]}})
+
+
 def test_a_number_of_increments_beside_stages_is_refused() -> None:
     movement = {"central_deflection": 4e-3, "stage": [stage("dishing", 4e-3, 2)]}
     with pytest.raises(InputError, match="stages of the movement have their own"):

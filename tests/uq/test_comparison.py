@@ -9,7 +9,7 @@ from scipy import special
 
 from damagepred.cli.sentences import comparison_lines
 from damagepred.errors import InputError
-from damagepred.uq.comparison import compare
+from damagepred.uq.comparison import compare, most_helpful
 
 
 def study(
@@ -71,6 +71,35 @@ def wilson(share: float, n: int) -> tuple[float, float]:
     return (middle - half) / (1 + z**2 / n), (middle + half) / (1 + z**2 / n)
 
 
+def test_the_reference_differs_from_itself_by_nothing_and_the_most_helpful_comes_first() -> None:
+    common = np.random.default_rng(3).standard_normal(80)
+    studies = {name: study(p, common) for name, p in {"as it is": 0.5, "stiffer": 0.2, "drier": 0.4}.items()}
+    found = compare(studies)
+    assert (found["difference"][0] == 0).all()
+    assert (found["difference_upper"][0] == 0).all()
+    assert most_helpful(found, 1, 0.01) == ["stiffer", "drier"]
+    assert found["probability"].dims == ("study", "category", "movement")
+    said = comparison_lines(found, 1, 0.01)
+    assert said[0].startswith("as it is: 0.")
+    assert said[1].startswith("stiffer: 0.")
+    assert "less damage; 80 pairs of samples" in said[1]
+    assert said[3].startswith("Lower than 0.")
+    assert said[3].endswith("stiffer helps most.")
+    again = dict.fromkeys(("as it is", "the same"), studies["as it is"])
+    assert comparison_lines(compare(again), 1, 0.01)[2].startswith("No measure is sure to lower")
+
+
+def test_failed_samples_are_counted_and_take_the_share_of_the_others() -> None:
+    first, second = pair(np.random.default_rng(4), 60, 0.5, 0.5, 0.5)
+    second["status"][:6] = 2
+    second["damage_category"][:6, 1:] = -1
+    found = compare({"a": first, "b": second}, categories=[1]).isel(category=0, movement=0)
+    assert found["unknown"].values.tolist() == [0, 6]
+    each = [first["damage_category"].values[:, 1].mean(), second["damage_category"].values[6:, 1].mean()]
+    np.testing.assert_allclose(found["probability"], each)
+    assert float(found["difference"][1]) == pytest.approx(each[1] - each[0])
+
+
 def test_incomparable_studies_are_refused_in_a_sentence() -> None:
     one = study(0.5, np.zeros(10))
     with pytest.raises(InputError, match="two studies or more"):
@@ -81,6 +110,20 @@ def test_incomparable_studies_are_refused_in_a_sentence() -> None:
         compare({"a": one, "b": one}, at=[0.0])
     with pytest.raises(InputError, match="surface_movement"):
         compare({"a": one, "b": one}, intensity="surface_movement")
+
+
+def test_a_site_class_is_compared_by_its_mean() -> None:
+    common = np.random.default_rng(6).standard_normal(60)
+    studies = {
+        name: study(p, common, movement=(0.03, 0.06)).rename(central_deflection="surface_movement")
+        for name, p in {"as it is": 0.5, "stiffer": 0.2}.items()
+    }
+    found = compare(studies, categories=[1], at=["H1", 0.05])
+    assert found["movement_name"].values.tolist() == ["class H1", "0.05"]
+    for end in ("probability", "difference"):
+        np.testing.assert_allclose(found[end][:, 0, 0], found[end][:, 0, 1], rtol=1e-9)
+    with pytest.raises(InputError, match="is of the surface movement"):
+        compare({name: ds.rename(surface_movement="central_deflection") for name, ds in studies.items()}, at=["H1"])
 
 
 def test_unknown_probabilities_are_reported_as_unknown() -> None:

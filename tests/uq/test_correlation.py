@@ -47,6 +47,20 @@ def test_a_normal_and_a_lognormal_in_closed_form(rho: float):
     assert gaussian_correlation(lognormal(c), stats.norm(3, 2), rho) == pytest.approx(expected, abs=1e-8)
 
 
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_impossible_correlation_of_two_lognormals(sign: int):
+    c1, c2 = 2.0, 1.5
+    scale = math.sqrt(math.log(1 + c1**2) * math.log(1 + c2**2))
+    low, high = ((math.exp(s * scale) - 1) / (c1 * c2) for s in (-1, 1))
+    assert high < 0.999  # not even full dependence makes two different lognormals fully correlated
+    beyond = low - 0.01 if sign < 0 else high + 0.005
+    with pytest.raises(ValueError, match="can only be correlated between") as caught:
+        gaussian_correlation(lognormal(c1), lognormal(c2), beyond)
+    assert f"{low:.3f}" in str(caught.value)
+    inside = low + 0.01 if sign < 0 else high - 0.005
+    assert abs(gaussian_correlation(lognormal(c1), lognormal(c2), inside)) < 1
+
+
 VARIABLES = {
     "joint.tensile_strength": Variable(distribution="lognormal", mean=0.453e6, cov=0.3),
     "joint.cohesion": Variable(distribution="lognormal", mean=0.375e6, cov=0.35),
@@ -57,6 +71,25 @@ VARIABLES = {
 UNITS = dict.fromkeys(VARIABLES, "1") | {"joint.tensile_strength": "Pa", "joint.cohesion": "Pa"}
 
 
+def test_impossible_correlation_of_a_study_names_the_pair():
+    with pytest.raises(InputError) as caught:
+        Design.make(VARIABLES, UNITS, {frozenset(("joint.tensile_strength", "joint.cohesion")): -0.99}, "random", 1)
+    message = str(caught.value)
+    for word in ('[correlation] "joint.tensile_strength" with "joint.cohesion" = -0.99', "between -0.9"):
+        assert word in message
+
+
+def test_contradicting_correlations():
+    wanted = {
+        frozenset(("joint.tensile_strength", "joint.cohesion")): 0.9,
+        frozenset(("joint.tensile_strength", "joint.friction")): 0.9,
+        frozenset(("joint.cohesion", "joint.friction")): -0.5,
+    }
+    with pytest.raises(InputError, match="contradict each other") as caught:
+        Design.make(VARIABLES, UNITS, wanted, "random", 1)
+    assert '"joint.tensile_strength" with "joint.cohesion" = 0.9' in str(caught.value)
+
+
 NORMAL = Variable(distribution="normal", mean=0.7, std=0.02)
 
 
@@ -64,6 +97,14 @@ def normals(**pairs: float) -> tuple[dict[str, Variable], dict[str, str], dict[f
     """Variables a, b, ... with normal distributions, their units, and the correlations of pairs such as ab."""
     names = sorted(set("".join(pairs)))
     return dict.fromkeys(names, NORMAL), dict.fromkeys(names, "1"), {frozenset(k): v for k, v in pairs.items()}
+
+
+@pytest.mark.parametrize("rho", [1.0, -1.0])
+@pytest.mark.parametrize("sampler", ["sobol", "lhs", "random"])
+def test_fully_correlated(rho: float, sampler: str):
+    values = Design.make(*normals(ab=rho), sampler, 3).wall_values(64)
+    np.testing.assert_allclose(values["b"] - 0.7, rho * (values["a"] - 0.7), rtol=0, atol=1e-15)
+    assert np.std(values["a"]) == pytest.approx(0.02, rel=0.2)
 
 
 def test_one_variable_follows_from_two_others():

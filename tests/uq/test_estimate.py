@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import special, stats
 
 from damagepred.errors import InputError
 from damagepred.scene import Scene
 from damagepred.uq.design import Design, Sampler
-from damagepred.uq.estimate import Estimate, mean, probability, wilson
+from damagepred.uq.estimate import Estimate, effective_samples, mean, probability, wilson
 from damagepred.uq.importance import Proposal
 from damagepred.uq.samplers import read_table
 from damagepred.uq.variable import Variable
@@ -31,6 +31,42 @@ def rare(beta: float, samples: int, seed: int, scale: float = 1.0, share: float 
 
 def coverage(found: list[Estimate], exact: float) -> float:
     return float(np.mean([f.lower <= exact <= f.upper for f in found]))
+
+
+def covered_enough(found: list[Estimate], exact: float) -> bool:
+    """Return whether the coverage is compatible with the stated level, or higher."""
+    hits = round(coverage(found, exact) * len(found))
+    return bool(stats.binom.cdf(hits, len(found), found[0].confidence) > 1e-3)
+
+
+@pytest.mark.quick_cases
+@pytest.mark.parametrize(("beta", "scale", "share"), [(3.0, 1.0, 0.0), (4.0, 1.3, 0.0), (3.0, 1.0, 0.2)])
+def test_importance_sampling_is_unbiased_and_estimates_its_error(beta: float, scale: float, share: float) -> None:
+    exact = special.ndtr(-beta)
+    found = [rare(beta, 300, seed, scale, share) for seed in range(60)]
+    values = np.array([f.value for f in found])
+    error = values.std(ddof=1) / np.sqrt(len(values))
+    assert abs(values.mean() - exact) < 4 * error
+    assert error < 0.06 * exact  # of all 18 000; random ones would need 200 000 for beta 3, 9 million for beta 4
+    assert np.sqrt(np.mean([f.error**2 for f in found])) == pytest.approx(values.std(ddof=1), rel=0.4)
+    assert covered_enough(found, exact)
+    assert np.mean([f.half_width for f in found]) < 2.2 * values.std(ddof=1)
+
+
+def test_weights_average_to_one_and_a_nominal_share_bounds_them() -> None:
+    proposals = {"a": Proposal(shift=1.0), "b": Proposal(scale=1.5)}
+    for share, bound in ((0.0, np.inf), (0.25, 4.0)):
+        design = Design.make(NORMALS, UNITS, CORRELATION, Sampler("sobol", 1, proposals, share), 3)
+        weight = design.weights(4096)
+        assert weight is not None
+        assert weight.max() <= bound
+        assert weight.mean() == pytest.approx(1.0, abs=0.02)
+        # weighted, the samples have the stated distributions again
+        a, b = (design.wall_values(4096)[k] for k in ("a", "b"))
+        assert np.average(a, weights=weight) == pytest.approx(0.0, abs=0.05)
+        assert np.average(b**2, weights=weight) == pytest.approx(1.0, abs=0.06)
+        assert np.average(a * b, weights=weight) == pytest.approx(0.6, abs=0.06)
+        assert effective_samples(weight) < 4096
 
 
 def test_the_error_of_replicates_is_that_of_the_mean_of_their_means() -> None:

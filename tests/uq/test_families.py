@@ -10,7 +10,7 @@ from scipy import special, stats
 from damagepred.errors import InputError
 from damagepred.scene.reading import build
 from damagepred.uq.design import Design
-from damagepred.uq.variable import Variable
+from damagepred.uq.variable import JointField, Variable
 
 PLACE = "joint.cohesion"
 
@@ -141,6 +141,25 @@ def test_a_discrete_distribution_of_scipy():
     assert stats.chisquare(count, 8000 * np.append(expected, 1 - expected.sum())).pvalue > 1e-3
 
 
+def test_joints_without_bond():
+    """A share of joints that have none at all, the others lognormal: an atom and a density, joint by joint."""
+    sound = {"weight": 0.9, "distribution": "lognormal", "mean": 1.0, "cov": 0.3}
+    none = {"weight": 0.1, "distribution": "discrete", "values": [0.0]}
+    variable = build(Variable, {"distribution": "mixture", "components": [sound, none]}, "study.toml")
+    field = Variable(distribution="mixture", components=variable.components, field=JointField(course_correlation=0.4))
+    design = Design.make({PLACE: field}, {PLACE: "1"}, {}, "sobol", 1)
+    values = np.array([design.joint_values(i, np.arange(300) // 20)[PLACE] for i in range(40)])
+    assert (values == 0).mean() == pytest.approx(0.1, abs=4 * math.sqrt(0.09 / 12000 * 1.8))
+    s = math.sqrt(math.log(1.09))
+    independent = values[:, ::20].ravel()  # the first joints of each course
+    bonded = independent[independent > 0]
+    assert stats.kstest(np.log(bonded), stats.norm(-(s**2) / 2, s).cdf).pvalue > 1e-3
+    # the stated correlation is that of the variable, atom and all
+    pairs = values.reshape(40, 15, 20)
+    found = np.corrcoef(pairs[:, :, 1:].ravel(), pairs[:, :, :-1].ravel())[0, 1]
+    assert found == pytest.approx(0.4, abs=0.03)
+
+
 # -- files of measured values ------------------------------------------------------------------------------------------
 
 MEASURED = "\n".join(["# bond wrench, site B", "unit, strength, age", "1, 0.41, 28", "", "2, 0.52, 28", "3, , 7"])
@@ -177,6 +196,12 @@ def test_files_that_cannot_be_read(tmp_path: Path, change: dict, words: list[str
         Variable(**written).with_values(PLACE, "Pa", tmp_path)
     for word in [f'[variables."{PLACE}"]', *words]:
         assert word in str(caught.value)
+
+
+def test_a_word_in_a_column_of_numbers(tmp_path: Path):
+    (tmp_path / "bond.csv").write_text(MEASURED.replace("0.52", "0.52 MPa"))
+    with pytest.raises(InputError, match=r"line 5, strength = '0\.52 MPa': is no plain number"):
+        Variable(distribution="empirical", file="bond.csv", column="strength").with_values(PLACE, "Pa", tmp_path)
 
 
 # -- messages ----------------------------------------------------------------------------------------------------------

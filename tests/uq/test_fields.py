@@ -7,6 +7,7 @@ import pytest
 
 from damagepred.assembly import wall_geometry
 from damagepred.enumerations import ContactKind
+from damagepred.errors import InputError
 from damagepred.scene import Dpc, Scene, Wall
 from damagepred.uq.design import Design
 from damagepred.uq.fields import course_sequences
@@ -67,6 +68,13 @@ def test_the_scatter_is_the_same_everywhere_and_at_the_first_joint_too(masonry: 
         assert standard[:, joints].var() == pytest.approx(1.0, abs=0.08)
     # and no single joint stands out: 400 samples know a variance to about 7 %
     assert np.abs(standard.var(axis=0) - 1).max() < 0.4
+
+
+def test_a_smooth_field_cannot_follow_a_rough_one():
+    """A strongly and an uncorrelated field cannot be equal in every joint."""
+    variables = {TENSION: field(1e6, 0.1, 0.95), COHESION: field(1e6, 0.1, 0.0)}
+    with pytest.raises(InputError, match=r"by 0\.9502 and 0 from joint to joint"):
+        sample(variables, 0.9, 1)
 
 
 # -- the pieces --------------------------------------------------------------------------------------------------------

@@ -89,6 +89,15 @@ def test_exactly_known_capacities_in_closed_form():
 
 
 @pytest.mark.parametrize(
+    ("lower", "upper"),
+    [([np.nan, 1, 2], [1, 2, 3]), ([0, 1, 2], [1, np.nan, 3]), ([2, 1, 2], [1, 2, 3])],
+)
+def test_an_invalid_interval_is_refused(lower: list, upper: list):
+    with pytest.raises(InputError, match="lower <= upper without NaN"):
+        fit_lognormal(np.array(lower, dtype=float), np.array(upper, dtype=float))
+
+
+@pytest.mark.parametrize(
     ("lower", "upper", "status"),
     [
         ([9, 9, 9], [np.inf] * 3, "never reached"),
@@ -207,3 +216,34 @@ def test_nan_at_the_movement_of_a_reached_category_is_refused():
 def test_invalid_input_is_refused(spoil, options: dict, words: str):
     with pytest.raises(InputError, match=words):
         fit_fragility(spoil(study(known(np.random.default_rng(1), 10))), **options)
+
+
+def test_weighted_walls_give_the_curve_of_the_stated_distribution() -> None:
+    """Walls drawn weaker than they are, with weights: the same curve; without them another one."""
+    random = np.random.default_rng(2)
+    z = random.standard_normal(3000)
+    drawn = z - 0.7
+    weight = np.exp(0.5 * z**2 - 0.5 * drawn**2)
+    movement = np.linspace(0, 0.02, 81)
+    capacity = 0.008 * np.exp(0.3 * drawn)
+    ds = xr.Dataset(
+        {
+            "damage_category": (("sample", "increment"), (movement >= capacity[:, None]).astype(np.int8)),
+            "central_deflection": (("sample", "increment"), np.tile(movement, (len(z), 1)), {"units": "m"}),
+            "status": ("sample", np.zeros(len(z), dtype=np.int8)),
+            "weight": ("sample", weight),
+        },
+        attrs={"highest_category": 1},
+    )
+    curve = fit_fragility(ds, bootstrap=20).isel(category=0)
+    assert float(curve["median"]) == pytest.approx(0.008, rel=0.03)
+    assert float(curve["dispersion"]) == pytest.approx(0.3, rel=0.06)
+    # a band like that of 3000 walls which count alike: weights tell the weak side better, the strong one worse
+    width = float(np.log(curve["median_upper"] / curve["median_lower"]))
+    assert 0.7 < width / (2 * 1.645 * 0.3 / np.sqrt(3000)) < 3
+    np.testing.assert_allclose(curve["empirical"], curve["probability"], atol=0.05)
+    plain = fit_fragility(ds.drop_vars("weight"), bootstrap=0).isel(category=0)
+    assert float(plain["median"]) == pytest.approx(0.008 * np.exp(-0.21), rel=0.03)
+    # walls of little weight do not count as too few
+    rare = ds.isel(sample=slice(0, 200)).assign(weight=("sample", weight[:200] * 1e-3))
+    assert str(fit_fragility(rare, bootstrap=0)["fit_status"].values[0]) == "fitted"

@@ -69,6 +69,21 @@ def test_one_rule_for_bands(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "could be fitted: its band comes from the posterior" in str(curve["fit_note"].values)
 
 
+def test_few_walls_have_student_s_and_chi_squared_s_limits() -> None:
+    """Of capacities that are all known nearly exactly, the posterior's quantiles are the textbook's intervals."""
+    for walls in (3, 5, 20):
+        values = lognormal(np.random.default_rng(walls), 8.0, 0.5, walls)
+        curve = fit_fragility(study(values, end=60.0, increments=6000), categories=[1]).isel(category=0)
+        logarithm = np.log(values)
+        scatter, free = float(logarithm.std(ddof=1)), walls - 1
+        half = stats.t.ppf(0.95, free) * scatter / math.sqrt(walls)
+        for end, sign, tail in (("lower", -1, 0.95), ("upper", 1, 0.05)):
+            exact = float(logarithm.mean()) + sign * half
+            assert math.log(float(curve[f"median_{end}"])) == pytest.approx(exact, abs=0.15 * half)
+            exact = scatter * math.sqrt(free / stats.chi2.ppf(tail, free))
+            assert float(curve[f"dispersion_{end}"]) == pytest.approx(exact, rel=0.06)
+
+
 @pytest.mark.parametrize(("situation", "value"), [("10 % failed", "median"), ("both", "median_lower_bound")])
 def test_the_median_that_a_study_stops_at_is_that_of_the_curve(situation: str, value: str) -> None:
     ds = made_up(situation, 5, 200)

@@ -5,8 +5,10 @@ import pytest
 import xarray as xr
 from scipy import stats
 
+from damagepred.errors import InputError
 from damagepred.uq.fragility import fit_fragility, fit_lognormal, turnbull
-from damagepred.uq.fragility.goodness import distance
+from damagepred.uq.fragility.fit import group_intervals
+from damagepred.uq.fragility.goodness import akaike_criterion, distance
 from damagepred.uq.intensity import intensity_values
 from tests.uq.test_fragility import lognormal, study
 from tests.uq.test_fragility_single import study as single_study
@@ -40,6 +42,16 @@ def test_lognormal_walls_are_not_refused_and_others_are(kind: str) -> None:
     assert chances[1] == pytest.approx(1 / 20)
 
 
+def test_the_criterion_counts_parameters_where_the_likelihood_is_right() -> None:
+    """One category, many walls: minus twice the log-likelihood and nearly 2 x 2."""
+    values = lognormal(np.random.default_rng(2), 8.0, 0.5, 4000)
+    cells = group_intervals(values[None], values[None], np.ones(4000))
+    x = np.log(values)
+    least = -2 * stats.norm.logpdf(x, x.mean(), x.std()).sum()
+    assert akaike_criterion(cells, False) == pytest.approx(least + 4, abs=0.5)
+    assert akaike_criterion(cells, True) == pytest.approx(akaike_criterion(cells, False), rel=1e-9)
+
+
 # -- what they are drawn against ---------------------------------------------------------------------------------------
 
 
@@ -59,6 +71,32 @@ def arched(length: np.ndarray) -> xr.Dataset:
         },
         attrs={"highest_category": 1},
     )
+
+
+def test_curvature_is_that_of_the_arc() -> None:
+    length = np.random.default_rng(1).uniform(4.0, 9.0, 200)
+    ds = arched(length)
+    np.testing.assert_allclose(
+        intensity_values(ds, "curvature"), 8 * ds["central_deflection"].values / length[:, None] ** 2, rtol=1e-12
+    )
+    assert (intensity_values(ds, "curvature")[:, 0] == 0).all()
+    curves = fit_fragility(ds, intensity="curvature", bootstrap=0)
+    assert curves["intensity"].attrs["units"] == "m-1"
+    assert float(curves["median"][0]) == pytest.approx(1e-3, rel=0.05)
+    assert float(curves["dispersion"][0]) == pytest.approx(0.2, rel=0.15)
+    # against the deflection the walls' lengths scatter, too
+    assert float(fit_fragility(ds, bootstrap=0)["dispersion"][0]) > 0.35
+
+
+def test_the_footing_s_largest_curvature_is_read_where_there_are_sections() -> None:
+    ds = arched(np.full(20, 6.0))
+    section = np.zeros((20, 41, 3))
+    section[:, :, 1] = -3.0 * intensity_values(ds, "curvature")
+    with pytest.raises(InputError, match="no variable 'footing_curvature' with values; it has central_deflection"):
+        fit_fragility(ds, intensity="footing_curvature")
+    ds = ds.assign(section_curvature=(("sample", "increment", "section"), section, {"units": "m-1"}))
+    curves = [fit_fragility(ds, intensity=m, bootstrap=0) for m in ("footing_curvature", "curvature")]
+    assert float(curves[0]["median"][0]) == pytest.approx(3 * float(curves[1]["median"][0]), rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import special
 
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import capacities
@@ -33,6 +34,17 @@ def test_a_wall_s_capacity_lies_below_its_movement_or_above() -> None:
     assert found.upper.tolist() == [3.0, np.inf, np.inf]
     assert found.failed.tolist() == [False, False, True]
     assert found.end.tolist() == [3.0, 4.0, 5.0]
+
+
+def test_the_probability_at_a_movement_comes_from_the_curve_with_its_band() -> None:
+    held, repetitions = 0, 20
+    truth = float(special.ndtr(np.log(6.0 / 8.0) / 0.45))
+    for seed in range(repetitions):
+        found = exceedance(walls(np.random.default_rng([9, seed]), 150), 1, 6.0).estimate
+        held += bool(found.lower <= truth <= found.upper)
+        assert found.samples == 150
+        assert 0.2 < found.half_width / (1.645 * found.error) < 5
+    assert 14 <= held <= 20  # 18 expected
 
 
 def test_failed_walls_bound_that_probability() -> None:

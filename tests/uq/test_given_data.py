@@ -6,6 +6,7 @@ from scipy import stats
 
 from damagepred.errors import InputError
 from damagepred.uq.sensitivity import first_order, interval_ranks, rank_correlation, ranks
+from tests.uq.test_sensitivity import closed_form, ishigami
 
 INF = np.inf
 
@@ -48,6 +49,14 @@ def test_rank_correlation_is_scipy_s_and_partial_that_of_residuals() -> None:
         assert float(found["partial"].sel(variable=name)) == pytest.approx(expected, abs=1e-10)
 
 
+def test_first_order_shares_of_ishigami() -> None:
+    unit = np.random.default_rng(5).random((8000, 3))
+    found = first_order(dict(zip("abc", unit.T)), ishigami(unit), resamples=30)
+    np.testing.assert_allclose(found["first_order"], closed_form()[0], atol=0.03)
+    # rank correlation cannot detect it: the effect of the second input is not monotone
+    assert abs(float(rank_correlation({"b": unit[:, 1]}, ishigami(unit), resamples=0)["spearman"][0])) < 0.05
+
+
 def test_first_order_share_of_weighted_walls_by_hand() -> None:
     """Three slices of means -3, 0, 3, one off them either way: 24 of 168 within, by 24^2 / 60 = 9.6 equal walls."""
     y = np.repeat([-3.0, 0.0, 3.0], 4) + np.tile([1.0, -1.0, 1.0, -1.0], 3)
@@ -55,6 +64,21 @@ def test_first_order_share_of_weighted_walls_by_hand() -> None:
     found = first_order({"x": np.arange(12.0)}, y, weight=weight, resamples=0)
     assert found.attrs["slices"] == 3
     assert float(found["first_order"][0]) == pytest.approx(1.0 - (24.0 / (9.6 - 3.0)) / (168.0 / (9.6 - 1.0)))
+
+
+@pytest.mark.parametrize(("confidence", "factor"), [(0.9, 1.6448536), (0.6, 0.8416212)])
+def test_intervals_are_the_error_times_the_normal_s_quantile(confidence: float, factor: float) -> None:
+    """The error is the scatter of the walls drawn again; that of a mean would be its square root of n times less."""
+    random = np.random.default_rng(8)
+    x, e = random.standard_normal((2, 90))
+    found = first_order({"x": x}, x + 0.7 * e, resamples=40, confidence=confidence)
+    value, error, lower, upper = (float(found[f"first_order{end}"][0]) for end in ("", "_error", "_lower", "_upper"))
+    assert (upper - value, value - lower) == pytest.approx((factor * error, factor * error), rel=1e-6)
+    again = [
+        float(first_order({"x": x[some]}, x[some] + 0.7 * e[some], resamples=0)["first_order"][0])
+        for some in (np.random.default_rng(s).integers(90, size=90) for s in range(300))
+    ]
+    assert error == pytest.approx(np.std(again), rel=0.35)
 
 
 @pytest.mark.parametrize("what", [rank_correlation, first_order])

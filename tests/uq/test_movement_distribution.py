@@ -30,6 +30,16 @@ def lognormal_study(walls: int = 2000, end: float = 0.1, increments: int = 50, f
     )
 
 
+@pytest.mark.parametrize(("median", "dispersion"), [(0.03, 0.2), (0.045, 0.3)])
+def test_a_distribution_of_the_movement_is_the_reliability_integral(median: float, dispersion: float) -> None:
+    """Lognormal movement against lognormal capacity: the closed form of stress and strength."""
+    text = f'distribution = "lognormal", median = "{1e3 * median} mm", dispersion = {dispersion}'
+    expected = stats.norm.cdf(np.log(median / 0.05) / np.hypot(0.4, dispersion))
+    assert exceedance(lognormal_study(end=0.2, increments=200), 1, text).estimate.value == pytest.approx(
+        expected, abs=4e-3
+    )
+
+
 def test_movements_beyond_the_walls_are_refused() -> None:
     with pytest.raises(InputError, match=r"50% of it lies beyond 0\.05"):
         exceedance(lognormal_study(20, end=0.05), 1, "H1")

@@ -17,6 +17,7 @@ from damagepred.uq.exceedance import (
     estimate_exceedance,
     exceedance,
     pseudo_values,
+    running_probability,
 )
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.movement_distribution import SITE, as_distribution
@@ -150,6 +151,28 @@ def two_studies(weighted: bool, failing: bool) -> dict[str, xr.Dataset]:
         name: study(median * strength, ends, weight=weight, failed=failed)
         for name, median in (("as it is", 0.04), ("stiffer", 0.06))
     }
+
+
+@pytest.mark.quick_cases
+@pytest.mark.parametrize("weighted", [False, True])
+@pytest.mark.parametrize("failing", [False, True])
+@pytest.mark.parametrize("at", [0.03, 0.05, "H1", "site"])
+def test_every_reader_gives_the_same_number(weighted: bool, failing: bool, at: float | str) -> None:
+    studies = two_studies(weighted, failing)
+    found = compare(studies, at=[at])
+    for s, ds in enumerate(studies.values()):
+        for category in (1, 2):
+            one = exceedance(ds, category, at)
+            for key in ("value", "lower", "upper"):
+                column = "probability" if key == "value" else f"probability_{key}"
+                assert float(found[column][s, category - 1, 0]) == getattr(one.estimate, key)
+            assert int(found["unknown"][s, category - 1, 0]) == one.failed + one.not_followed
+            running = running_probability(ds, category, at)
+            assert (running.value[-1], running.upper[-1]) == (one.estimate.value, one.estimate.upper)
+            assert one.failed_undamaged <= one.estimate.value <= one.failed_damaged
+    np.testing.assert_array_equal(found["difference"], found["probability"] - found["probability"][0])
+    assert (found["difference_lower"] <= found["difference"]).all()
+    assert (found["difference"] <= found["difference_upper"]).all()
 
 
 def test_each_walls_own_ground_is_its_state_at_the_end() -> None:

@@ -8,7 +8,7 @@ import pytest
 from SALib.analyze import sobol
 
 from damagepred.errors import InputError
-from damagepred.uq.sensitivity import saltelli_points, sobol_indices
+from damagepred.uq.sensitivity import saltelli_points, saltelli_rows, sobol_indices
 
 NAMES = ["x1", "x2", "x3"]
 
@@ -56,6 +56,19 @@ def test_openturns_computes_the_same_from_its_own_points() -> None:
     np.testing.assert_allclose(ours["total"], theirs.getTotalOrderIndices(), atol=0.015)
 
 
+def test_intervals_of_random_points_have_the_stated_coverage() -> None:
+    first, total = closed_form()
+    held = []
+    for seed in range(60):
+        random = np.random.default_rng([11, seed])
+        rows = saltelli_rows(random.random((300, 3)), random.random((300, 3)))
+        found = sobol_indices(ishigami(rows), NAMES, resamples=200, seed=seed)
+        for name, truth in (("first_order", first), ("total", total)):
+            held.append((found[f"{name}_lower"].values <= truth) & (truth <= found[f"{name}_upper"].values))
+    # 360 intervals of 90 %, some of them of one and the same points
+    assert 0.84 < np.mean(held) < 0.95
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_an_unknown_value_is_refused(bad: float) -> None:
     values = ishigami(saltelli_points(3, 16, 1))
@@ -76,3 +89,8 @@ def test_an_unknown_value_is_refused(bad: float) -> None:
 def test_values_that_give_no_indices(values: np.ndarray, words: str) -> None:
     with pytest.raises(InputError, match=words):
         sobol_indices(values, NAMES)
+
+
+def test_confidence_is_a_share() -> None:
+    with pytest.raises(InputError, match=r"confidence = 90"):
+        sobol_indices(np.arange(80.0), NAMES, confidence=90)

@@ -5,8 +5,10 @@ import pytest
 import xarray as xr
 from scipy import special, stats
 
-from damagepred.uq.exceedance import median_movement
-from damagepred.uq.stopping import interim_confidence, interim_sizes
+from damagepred.errors import InputError
+from damagepred.uq.estimate import probability
+from damagepred.uq.exceedance import exceedance, median_movement
+from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 
 
 def test_the_factor_is_that_of_the_tables() -> None:
@@ -22,6 +24,27 @@ def test_the_factor_is_that_of_the_tables() -> None:
         < sidak
         == pytest.approx(0.9 ** (1 / 5))
     )
+
+
+@pytest.mark.parametrize("share", [0.1, 0.4])
+def test_intervals_hold_where_a_study_stopped_early(share: float) -> None:
+    """Simultaneous coverage as stated; intervals of 90 % at each analysis would not have it."""
+    random = np.random.default_rng(5)
+    rule = StopWhen(category=1, at=0.01, half_width=0.05)
+    at = interim_sizes(32, 1024)
+    each = interim_confidence(at, 0.9, replicated=False)
+    stopped, everywhere, naive = 0, 0, 0
+    for _ in range(400):
+        hit = random.random(1024) < share
+        found = [probability(hit[:n], confidence=each) for n in at]
+        last = next((f for f in found if rule.met(f)), found[-1])
+        stopped += last.lower <= share <= last.upper
+        everywhere += all(f.lower <= share <= f.upper for f in found)
+        plain = [probability(hit[:n]) for n in at]
+        naive += all(f.lower <= share <= f.upper for f in plain)
+    assert stats.binom.cdf(everywhere, 400, 0.9) > 1e-3
+    assert stats.binom.cdf(stopped, 400, 0.9) > 1e-3
+    assert stats.binom.cdf(naive, 400, 0.9) < 1e-3
 
 
 # -- reading a study --------------------------------------------------------------------------------------------------
@@ -44,6 +67,34 @@ def study(capacity: np.ndarray, end: float = 0.02, increments: int = 20, **extra
     return ds
 
 
+def test_exceedance_counts_walls() -> None:
+    capacity = np.array([0.0035, 0.0065, 0.0125, 0.03])
+    ds = study(capacity)
+    assert exceedance(ds, 1, 0.007).estimate.value == 0.5
+    assert exceedance(ds, 1, 0.02).estimate.value == 0.75
+    assert exceedance(ds, 1, 0.0125).estimate.value == pytest.approx(0.625)  # half of a step for one wall
+    assert exceedance(ds, 1, 0.02).not_followed == 0
+    assert exceedance(ds, 1, 0.021).not_followed == 1
+    assert exceedance(study(capacity, weight=np.array([2.0, 1, 1, 0])), 1, 0.007).estimate.value == 0.75
+    with pytest.raises(InputError, match="greater than 0"):
+        exceedance(ds, 1, 0.0)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("replicates", [1, 8])
+def test_medians_cover(replicates: int) -> None:
+    hits = 0
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        # replicates that have something in common, as scrambles do not: the error must see it
+        shared = 0.05 * random.standard_normal(8)[np.arange(64) % 8] if replicates > 1 else 0.0
+        capacity = 0.008 * np.exp(0.3 * random.standard_normal(64) + shared)
+        found = median_movement(study(capacity, end=0.02, replicates=replicates), 1)
+        hits += found.lower <= 0.008 <= found.upper
+        assert found.value == pytest.approx(0.008, rel=0.2)
+    assert stats.binom.cdf(hits, 40, 0.9) > 1e-3
+
+
 def test_the_error_of_a_median_is_that_of_the_jackknife() -> None:
     """From the medians without one scramble after the other, by their own fits."""
     random = np.random.default_rng(2)
@@ -54,3 +105,14 @@ def test_the_error_of_a_median_is_that_of_the_jackknife() -> None:
     error = np.sqrt(4 / 5 * ((others - others.mean()) ** 2).sum())
     assert found.error == pytest.approx(found.value * error, rel=1e-6)
     assert found.upper == pytest.approx(found.value * np.exp(stats.t.ppf(0.95, 4) * error), rel=1e-6)
+
+
+def test_a_rule_names_its_parameters() -> None:
+    for bad in (
+        {"category": 1, "at": 0.01},
+        {"category": 1, "at": 0.01, "half_width": 0.1, "relative_half_width": 0.1},
+        {"category": 1, "half_width": 0.1},
+        {"category": 1, "quantity": "median", "at": 0.01, "half_width": 0.1},
+    ):
+        with pytest.raises(InputError, match="stop_when"):
+            StopWhen(**bad).check()

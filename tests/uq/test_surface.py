@@ -7,7 +7,7 @@ import xarray as xr
 from damagepred.cli.sentences import surface_lines
 from damagepred.errors import InputError
 from damagepred.plotting import draw_fragility
-from damagepred.uq.fragility import fit_surface
+from damagepred.uq.fragility import fit_fragility, fit_surface
 from tests.uq.test_fragility import study
 
 EXPONENT, SCATTER, AT_ONE = 0.8, 0.3, 8.0
@@ -21,6 +21,21 @@ def walls(seed: int, count: int = 200, end: float = 20.0, increments: int = 40) 
     ds = study(capacity, end=end, increments=increments)
     words = {"units": "Pa", "long_name": "sampled input joint.tensile_strength", "role": "input"}
     return ds.assign({"joint.tensile_strength": ("sample", 1e6 * strength, words)})
+
+
+def test_the_share_explained_by_the_second_variable() -> None:
+    ds = walls(3, 400)
+    found = fit_surface(ds, 1, "joint.tensile_strength", bootstrap=0)
+    assert float(found["dispersion"]) == pytest.approx(SCATTER, rel=0.12)
+    assert float(found["dispersion_alone"]) == pytest.approx(np.hypot(SCATTER, 0.4 * EXPONENT), rel=0.12)
+    assert found.attrs["aic_with"] < found.attrs["aic_without"] - 50
+    alone = float(fit_fragility(ds, categories=[1], bootstrap=0)["dispersion"][0])
+    assert float(found["dispersion_alone"]) == pytest.approx(alone, rel=1e-9)
+    other = np.random.default_rng(4).uniform(4.0, 8.0, 400)
+    ds = ds.assign({"wall.length": ("sample", other, {"units": "m"})})
+    idle = fit_surface(ds, 1, "wall.length", bootstrap=100)
+    assert idle["slope_lower"] < 0 < idle["slope_upper"]
+    assert idle.attrs["aic_with"] > idle.attrs["aic_without"] - 4
 
 
 def test_a_median_beyond_the_movement_is_a_lower_bound() -> None:

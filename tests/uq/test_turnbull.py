@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy import special
 
 from damagepred.uq.fragility import fit_fragility, turnbull
-from tests.uq.test_fragility import lognormal, study
+from tests.uq.test_fragility import known, lognormal, study
 from tests.uq.test_fragility_single import study as single_study
 
 INF = np.inf
@@ -46,6 +47,20 @@ def test_published_data() -> None:
     np.testing.assert_allclose(found.mass[there], published, atol=1e-4)
 
 
+def test_as_a_model_it_has_bands_and_no_dispersion() -> None:
+    ds = study(known(np.random.default_rng(1), 150), end=60.0)
+    curves = fit_fragility(ds, model="empirical", categories=[2, 3], bootstrap=60)
+    np.testing.assert_array_equal(curves["probability"], curves["empirical"])
+    assert np.isnan(curves["dispersion"]).all()
+    assert curves["fit_status"].values.tolist() == ["empirical"] * 2
+    assert (curves["probability_lower"] <= curves["probability"] + 1e-9).all()
+    assert (curves["probability_upper"] >= curves["probability"] - 1e-9).all()
+    assert (curves["median_lower"] <= curves["median"]).all()
+    fitted = fit_fragility(ds, categories=[2, 3], bootstrap=0)
+    np.testing.assert_allclose(curves["median"], fitted["median"], rtol=0.2)
+    assert curves.attrs["curves_cross"] == 0
+
+
 def test_where_half_the_walls_have_not_reached_it_there_is_no_empirical_median() -> None:
     ds = study(lognormal(np.random.default_rng(1), 8.0, 0.4, 80), end=6.0, increments=12)
     curve = fit_fragility(ds, model="empirical", categories=[1], bootstrap=20).isel(category=0)
@@ -54,3 +69,19 @@ def test_where_half_the_walls_have_not_reached_it_there_is_no_empirical_median()
     single = single_study(movement, movement > lognormal(np.random.default_rng(3), 8.0, 0.4, 200))
     curve = fit_fragility(single, model="empirical", categories=[1], bootstrap=20).isel(category=0)
     assert float(curve["median"]) == pytest.approx(8.0, rel=0.25)
+
+
+def test_what_few_walls_reached_each_in_its_own_increments() -> None:
+    """No step may take all probability from where a wall was seen: nothing would bring it back."""
+    random = np.random.default_rng(6)
+    capacity, end = lognormal(random, 30.0, 0.6, 4000), random.uniform(10.0, 16.0, 4000)
+    step = end / 20
+    reached = capacity <= end
+    lower = np.where(reached, np.floor(capacity / step) * step, end)
+    upper = np.where(reached, lower + step, INF)
+    found = turnbull(lower, upper)
+    assert 0.05 < reached.mean() < 0.15
+    inside = found.probability(np.where(reached, upper, 0.0)) - found.probability(lower)
+    assert inside[reached].min() > 0
+    truth = np.array([special.ndtr(np.log(at / 30.0) / 0.6) for at in (8.0, 11.0, 14.0)])
+    np.testing.assert_allclose(found.probability(np.array([8.0, 11.0, 14.0])), truth, atol=0.015)

@@ -37,6 +37,22 @@ def test_censored_walls_count_up_to_their_end() -> None:
     assert running_probability(ds, 1, 0.01).value[-1] == found.estimate.value
 
 
+@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("begun", [False, True])
+def test_unknown_names_are_refused_in_all_branches(single: bool, begun: bool) -> None:
+    ds = study(np.linspace(0.001, 0.03, 30))
+    ds["surface_movement"] = 1.5 * ds["central_deflection"]  # on a mound another measure was read without a message
+    if single:
+        ds = ds.isel(increment=-1)
+    if not begun:
+        ds = ds.drop_vars("damage_category")
+    for read in (exceedance, running_probability):
+        with pytest.raises(InputError, match="no variable 'typo'"):
+            read(ds, 1, 0.007, intensity="typo")
+    with pytest.raises(InputError, match="no variable 'typo'"):
+        median_movement(ds, 1, intensity="typo")
+
+
 def test_categories_beyond_the_table_are_refused() -> None:
     ds = study(CAPACITY)
     for category in (0, 2, 9):

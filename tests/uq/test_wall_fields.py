@@ -12,6 +12,7 @@ from damagepred.errors import InputError
 from damagepred.scene import Dpc, Scene, Wall
 from damagepred.study import Study
 from damagepred.uq.design import Design
+from damagepred.uq.fields import stated_correlation
 from damagepred.uq.variable import JointField, Variable
 
 TENSION, COHESION = "joint.tensile_strength", "joint.cohesion"
@@ -83,6 +84,29 @@ def test_the_correlation_is_as_stated_at_that_distance(
     assert error < 0.035
 
 
+LENGTHS = [
+    (JointField(correlation_length=0.5), JointField(correlation_length=0.5), 0.7),
+    (JointField(correlation_length=0.5), JointField(correlation_length=0.8), 0.6),
+    (JointField(correlation_length=0.8, nugget=0.3), JointField(course_correlation=0.4), 0.3),
+]
+
+
+@pytest.mark.parametrize(("first", "second", "wanted"), LENGTHS)
+def test_two_fields_are_correlated_in_one_joint_and_each_keeps_its_own(
+    first: JointField, second: JointField, wanted: float
+):
+    values = drawn({TENSION: variable(first), COHESION: variable(second, "normal", 0.2)}, wanted, 300)
+    x, y = ((v - v.mean()) / v.std() for v in values.values())
+    each = (x * y).mean(axis=1)
+    assert each.mean() == pytest.approx(wanted, abs=3.5 * each.std() / math.sqrt(300))
+    i, j = pairs(ContactKind.BED_JOINT, UNIT, 0.0)
+    for place, field in ((TENSION, first), (COHESION, second)):
+        got, error = found(values[place], i, j)
+        stated = stated_correlation(field, PLACES, np.flatnonzero(PLACES.kind == ContactKind.BED_JOINT))
+        of_pair = np.searchsorted(np.flatnonzero(PLACES.kind == ContactKind.BED_JOINT), [i[0], j[0]])
+        assert got == pytest.approx(stated[tuple(of_pair)], abs=3.5 * error)
+
+
 def test_fields_of_different_kinds_of_distributions_can_be_correlated():
     """The normals under measured values fall off more slowly than those under a lognormal: mended within 0.02."""
     field = JointField(correlation_length=0.5)
@@ -120,3 +144,14 @@ def test_a_smooth_field_cannot_follow_a_rough_one():
     }
     with pytest.raises(InputError, match="cannot be so strongly correlated"):
         design(fields, 0.9).joint_values(0, PLACES)
+
+
+def test_weak_units_come_in_patches():
+    """A mixture through a field: as often as stated, and weak joints near weak joints."""
+    parts = [{"weight": w, "distribution": "lognormal", "mean": m, "cov": 0.05} for w, m in ((0.95, 1.0), (0.05, 0.5))]
+    weak = Variable(distribution="mixture", components=parts, field=JointField(correlation_length=0.5))
+    values = drawn({TENSION: weak}, samples=200)[TENSION] < 0.7
+    share = values.mean(axis=1)
+    assert share.mean() == pytest.approx(0.05, abs=3.5 * share.std() / math.sqrt(200))
+    i, j = pairs(ContactKind.BED_JOINT, UNIT, 0.0)
+    assert (values[:, i] & values[:, j]).mean() > 3 * 0.05**2

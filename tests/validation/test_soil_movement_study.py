@@ -47,6 +47,16 @@ def test_shares_leave_out_what_is_not_known_and_bound_what_never_happened() -> N
     assert {r["failed"] for r in rows} == {1}
 
 
+def test_a_heavier_footing_bends_less() -> None:
+    run = module("run")
+    bent = {}
+    for footing in ("light", "full_masonry"):
+        wall = damagepred.solve(run.settings(footing, "doming", 40.0).scene)
+        assert wall.attrs["status"] == "complete"
+        bent[footing] = float(np.ptp(wall["central_deflection"].values))
+    assert 0 < 1.3 * bent["full_masonry"] < bent["light"]
+
+
 @pytest.mark.parametrize("kind", ["dishing", "doming"])
 def test_softer_soil_bends_the_footing_less(kind: str) -> None:
     """So a stiffness that is too small is unsafe."""
