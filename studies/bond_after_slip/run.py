@@ -53,6 +53,7 @@ LINES = {
     "slip over which cohesion is lost, mm": ("slip_to_lose_cohesion", None),
     "strength of head joints over beds": ("head_over_bed_strength", "head"),
     "tensile strength of bricks, MPa": ("tensile_strength", "brick"),
+    "fracture energy of bricks, N/m": ("fracture_energy", "brick"),
 }
 
 

@@ -2,7 +2,7 @@
 
     python studies/validation/run.py --workers 2
 
-takes 24 minutes on two quiet cores. It goes on where it was stopped; `--only spandrels` runs one case.
+takes half an hour on two quiet cores. It goes on where it was stopped; `--only spandrels` runs one case.
 """
 
 from __future__ import annotations
@@ -62,6 +62,12 @@ def over_all(scores: dict[str, pd.DataFrame]) -> str:
                 f"{row.predicted_5:.3g} to {row.predicted_95:.3g} | {row.predicted_mean / row.observed_mean:.2f} | "
                 f"{row.coverage_90:.2f} of {row.observations} |"
             )
+    blind = pd.concat(scores.values()).query("blind")
+    lines += [
+        "",
+        f"Of the {len(blind)} blind quantities, each with the same weight, intervals of 50 % hold "
+        f"{blind.coverage_50.mean():.2f} and intervals of 90 % hold {blind.coverage_90.mean():.2f} of the observations.",
+    ]
     return "\n".join(lines)
 
 
