@@ -65,8 +65,8 @@ def over_all(scores: dict[str, pd.DataFrame]) -> str:
     blind = pd.concat(scores.values()).query("blind")
     lines += [
         "",
-        f"Of the {len(blind)} blind quantities, each with the same weight, intervals of 50 % hold "
-        f"{blind.coverage_50.mean():.2f} and intervals of 90 % hold {blind.coverage_90.mean():.2f} of the observations.",
+        f"Of the {len(blind)} blind quantities, each with the same weight, intervals of 50 % "
+        f"hold {blind.coverage_50.mean():.2f} and intervals of 90 % hold {blind.coverage_90.mean():.2f} of the observations.",
     ]
     return "\n".join(lines)
 

@@ -40,7 +40,7 @@ def _strength(name: str, mean: float) -> dict[str, Any]:
 
 VARIANTS: dict[str, dict[str, Any]] = {
     "bricks rigid": {"scene__solver": {"blocks": "rigid"}},
-    "self-weight not balanced": {"scene__block": {"density": 1708.0}},
+    "self-weight balanced by counterweights": {"scene__block": {"density": 0.0}},
     "tension halved": {"variables": _strength("tensile_strength", 0.08e6)},
     "cohesion halved": {"variables": _strength("cohesion", 0.085e6)},
     "cohesion kept after slip": {"scene__joint": {"shear_fracture_energy": "none"}},
@@ -67,7 +67,7 @@ CAUSES = {
 CORRELATIONS = (0.0, 0.4, 0.8)
 
 WEIGHT = 1708.0 * 9.81 * 1.31 * 0.53 * 0.1 * 1e-3
-"""Of a panel, which counterweights balanced (kN)."""
+"""Of a panel (kN)."""
 ARM, MODULUS = 0.5 * (0.803 - 0.388), 0.1 * 0.53**2 / 6.0
 """Lever arm of half the load (m), and elastic section modulus of a panel (m3)."""
 
@@ -125,8 +125,9 @@ def run(folder: Path, samples: int, workers: int) -> tuple[list[dict[str, Any]],
     companion = pd.read_csv(HERE / "companion.csv").set_index("quantity").loc["bending strength in plane"]
     lines += [
         "",
-        f"Forces are net: both jacks, without the counterweights of {WEIGHT:.1f} kN that balance the panel. If the "
-        f"source's {force.mean():.1f} kN were gross, {force.mean() - WEIGHT:.1f} kN would be to predict.",
+        f"A panel weighs {WEIGHT:.1f} kN. Counterweights balanced it in the test; here it bends the panel with the jacks, so "
+        "the forces are those of the jacks alone. If the force of the source is gross of the counterweights, "
+        f"{force.mean() - WEIGHT:.1f} kN is the force to predict.",
         "",
         f"Bending strength by elastic theory: predicted {bending_strength(found['blind'].mean()):.2f} MPa, panels "
         f"{bending_strength(force.mean()):.2f} MPa, or {bending_strength(2 * force.mean()):.2f} MPa if the force is "
