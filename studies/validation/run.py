@@ -66,7 +66,7 @@ def over_all(scores: dict[str, pd.DataFrame]) -> str:
     lines += [
         "",
         f"Of the {len(blind)} blind quantities, each with the same weight, intervals of 50 % "
-        f"hold {blind.coverage_50.mean():.2f} and intervals of 90 % hold {blind.coverage_90.mean():.2f} of the observations.",
+        f"hold {blind.coverage_50.mean():.2f} of the observations and those of 90 % {blind.coverage_90.mean():.2f}.",
     ]
     return "\n".join(lines)
 

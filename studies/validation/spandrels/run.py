@@ -125,8 +125,8 @@ def run(folder: Path, samples: int, workers: int) -> tuple[list[dict[str, Any]],
     companion = pd.read_csv(HERE / "companion.csv").set_index("quantity").loc["bending strength in plane"]
     lines += [
         "",
-        f"A panel weighs {WEIGHT:.1f} kN. Counterweights balanced it in the test; here it bends the panel with the jacks, so "
-        "the forces are those of the jacks alone. If the force of the source is gross of the counterweights, "
+        f"A panel weighs {WEIGHT:.1f} kN. Counterweights balanced it in the test; here it bends the panel with the jacks, "
+        "so the forces are those of the jacks alone. If the force of the source is gross of the counterweights, "
         f"{force.mean() - WEIGHT:.1f} kN is the force to predict.",
         "",
         f"Bending strength by elastic theory: predicted {bending_strength(found['blind'].mean()):.2f} MPa, panels "
