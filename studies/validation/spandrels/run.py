@@ -125,7 +125,7 @@ def run(folder: Path, samples: int, workers: int) -> tuple[list[dict[str, Any]],
     companion = pd.read_csv(HERE / "companion.csv").set_index("quantity").loc["bending strength in plane"]
     lines += [
         "",
-        f"A panel weighs {WEIGHT:.1f} kN. Counterweights balanced it in the test; here it bends the panel with the jacks, "
+        f"A panel weighs {WEIGHT:.1f} kN. Counterweights balanced it in the test; here it bends the panel, too, "
         "so the forces are those of the jacks alone. If the force of the source is gross of the counterweights, "
         f"{force.mean() - WEIGHT:.1f} kN is the force to predict.",
         "",
