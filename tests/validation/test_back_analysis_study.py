@@ -1,4 +1,4 @@
-"""The studies of back-analysis: scores by hand, forms of the causes, and a small run."""
+"""The studies of back-analysis: scores by hand, and a small run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from damagepred.analyses.back_analysis import InferenceOptions
-from damagepred.scene import Movement
 from tests.validation.test_validation_cases import module
 
 STUDY = Path(__file__).resolve().parents[2] / "studies" / "back_analysis"
@@ -36,21 +35,6 @@ def test_the_promised_area_is_that_of_right_probabilities(synthetic: ModuleType)
     assert synthetic.area(probability, true) == pytest.approx(promised, abs=0.01)
     blurred = np.clip(probability + 0.3 * random.standard_normal(40_000), 0.0, 1.0)
     assert synthetic.area(blurred, true) < promised - 0.02  # no other score does better
-
-
-def test_all_causes_move_the_ground_alike(synthetic: ModuleType) -> None:
-    causes = module("back_analysis_causes", STUDY / "causes.py")
-    x = np.linspace(0.0, causes.LENGTH, 401)
-    sign = {"dishing": -1, "doming": 1, "tree": -1, "leak": 1, "trench": -1}
-    place = {"dishing": 0.5, "doming": 0.5, "tree": 0.0, "leak": 0.65, "trench": 0.3}
-    growth = Movement(**causes.CAUSES["growth"]).increments_of_history()
-    assert growth.strain[-1] == causes.GROWTH
-    assert not growth.load_factors.any()
-    for name in sign:
-        moved = Movement(**causes.CAUSES[name]).profile(x, causes.LENGTH)
-        most = int(np.abs(moved).argmax())
-        assert moved[most] == pytest.approx(sign[name] * causes.LARGEST, rel=0.02), name
-        assert x[most] / causes.LENGTH == pytest.approx(place[name], abs=0.03), name
 
 
 @pytest.mark.thorough
