@@ -8,9 +8,6 @@ import numpy as np
 import xarray as xr
 
 from damagepred.formatting import duration
-from damagepred.report.answers import comparison_answer, estimate_answer
-from damagepred.uq.comparison import most_helpful
-from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
 
 if TYPE_CHECKING:
     from damagepred.analyses.epistemic import Alternative
@@ -19,6 +16,7 @@ if TYPE_CHECKING:
     from damagepred.campaign.cost_estimate import CostEstimate
     from damagepred.campaign.status import StudyStatus
     from damagepred.campaign.stopping import Ending
+    from damagepred.uq.movement_distribution import MovementDistribution
     from damagepred.uq.stopping import StopWhen
     from damagepred.uq.subset import SubsetEstimate
 
@@ -79,6 +77,9 @@ def ending_lines(ending: Ending, rule: StopWhen | None) -> list[str]:
 
 def estimate_lines(alternatives: list[Alternative], category: int, at: float | MovementDistribution) -> list[str]:
     """Probability with its errors, and the range that the inputs leave open."""
+    from damagepred.report.answers import estimate_answer
+    from damagepred.uq.movement_distribution import as_distribution
+
     first, said = alternatives[0].found, []
     e = first.estimate
     movement = as_distribution(at)
@@ -159,6 +160,9 @@ def _subset(e: SubsetEstimate) -> str:
 
 def comparison_lines(comparison: xr.Dataset, category: int, movement: float) -> list[str]:
     """Probabilities of a category at a movement with their differences, the most helpful study first."""
+    from damagepred.report.answers import comparison_answer
+    from damagepred.uq.comparison import most_helpful
+
     chosen = comparison.sel(category=category).sel(movement=movement, method="nearest")
     level = f"{float(comparison.attrs['confidence']):.0%}"
     first, reference = chosen.isel(study=0), comparison.attrs["reference"]

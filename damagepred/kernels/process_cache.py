@@ -33,8 +33,10 @@ class ProcessCache:
         self.folder = Path(tempfile.mkdtemp(prefix=f"{self._process}-", dir=processes))
         with self._locked():
             self._known = {file.relative_to(shared): _identity(file) for file in _files(shared)}
+            for folder in {name.parent for name in self._known}:
+                (self.folder / folder).mkdir(mode=0o700)
             for name in self._known:
-                link(shared / name, self.folder / name)
+                _link_or_copy(shared / name, self.folder / name)
 
     def publish(self) -> None:
         """Add the kernels compiled here to the shared ones; kernels that another process has added meanwhile stay."""
@@ -103,9 +105,13 @@ def link(file: Path, target: Path) -> None:
     target.parent.mkdir(mode=0o700, exist_ok=True)
     temporary = target.with_name(f"{target.name}.{os.getpid()}")
     temporary.unlink(missing_ok=True)
-    try:
-        os.link(file, temporary)
-    except OSError:
-        shutil.copy2(file, temporary)
+    _link_or_copy(file, temporary)
     os.replace(temporary, target)
     temporary.unlink(missing_ok=True)  # POSIX: replacing a link by another link to the same file leaves both
+
+
+def _link_or_copy(file: Path, target: Path) -> None:
+    try:
+        os.link(file, target)
+    except OSError:
+        shutil.copy2(file, target)
