@@ -11,7 +11,7 @@ from damagepred.report.parts import Part, Text, drawing
 from damagepred.results.tables import Table, crack_columns
 from damagepred.results.wall_cracks import WallCracks, crack_frame
 
-MAX_CRACKS = 12
+MAX_CRACKS = 8
 """Cracks that are listed."""
 
 

@@ -18,6 +18,7 @@ from damagepred.formatting import named, number, plain, quantity
 from damagepred.inputs.data_files import CONFIDENCE
 from damagepred.report.parts import Part, Section, Text
 from damagepred.report.sources import (
+    DEFAULT,
     GIVEN,
     PAPER,
     Source,
@@ -51,6 +52,8 @@ HEADS = {
 }
 
 _EXPLICIT = ("damping", "ramp_cycles", "maximum_cycles", "time_step_safety")
+_OPTIONS = ("solver", "damage")  # the page lists few defaults of these tables
+_LISTED = ("solver.method", "solver.accuracy", "solver.blocks", "damage.table", "damage.measure")
 _OF_ZONES = ("cohesion", "friction", "dilation", "tensile_strength", "fracture_energy")
 
 
@@ -80,29 +83,29 @@ def input_section(
             [row[1:] for row in rows],
             words=(0, 2, 3),
             groups=[row[0] for row in rows],
+            note="Other keys of solver and damage have their defaults.",
         ),
     ]
     if settings is not None and settings.variables:
         variables = [_variable_row(place, v) for place, v in settings.variables.items()]
         sources |= {name for row in variables for name in CONFIDENCE if f"({name})" in row[4]}
+        pairs = [(a, b, value) for a, row in settings.correlation.items() for b, value in row.items()]
+        correlated = [f"{place_in_words(a)} with {place_in_words(b)}, {number(value)}" for a, b, value in pairs]
+        note = "COV is the coefficient of variation, standard deviation over mean."
         parts.append(
             Table(
                 "What is uncertain",
                 ["quantity", "distribution", "varies from", "unit", "source"],
                 variables,
                 words=(0, 1, 2, 3, 4),
-                note="COV is the coefficient of variation, standard deviation over mean.",
+                note=" ".join([note, *(["Correlations: " + "; ".join(correlated) + "."] if correlated else [])]),
             )
         )
-        pairs = [(a, b, value) for a, row in settings.correlation.items() for b, value in row.items()]
-        if pairs:
-            rows = [[place_in_words(a), place_in_words(b), number(value)] for a, b, value in pairs]
-            parts.append(Table("Correlation of the variables", ["of", "with", "correlation"], rows, words=(0, 1)))
     if any("Zhuge" in row[-1] for row in rows):
         parts.append(Text([f"Zhuge et al.: {PAPER}."]))
     if sources:
         levels = [f"({name}): {meaning}" for name, meaning in CONFIDENCE.items() if name in sources]
-        parts.append(Text(["Levels of confidence:"], levels))
+        parts.append(Text([f"Levels of confidence: {'; '.join(levels)}."]))
     return Section("inputs", "Inputs and their sources", parts)
 
 
@@ -168,6 +171,8 @@ def _rows(
         else:
             shown, unit = plain(value), ""
         origin = source_of_value(table, key, value, given, material)
+        if table in _OPTIONS and place not in _LISTED and str(origin) == DEFAULT:
+            continue
         source = Source("varies, see below") if place in uncertain else origin
         yield [head, named(key), shown, unit, str(source)]
 

@@ -26,7 +26,7 @@ from damagepred.report.inputs import given_of, input_section, place_in_words, un
 from damagepred.report.limits import study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Text, drawing
 from damagepred.report.quality import common_movement, monte_carlo, study_quality
-from damagepred.report.summary import answers, asked_movement, influences, study_summary
+from damagepred.report.summary import answers, asked_movement, influences, movement_number, study_summary
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
 from damagepred.results.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words
@@ -45,6 +45,9 @@ GOODNESS = 100
 
 MOST_LINES = 1000
 """Walls that are drawn as lines one by one; of more, the lines together are a picture inside the drawing."""
+
+HALF_PAGE = 5.2, 4.6
+"""Size (inches) of drawings that stand side by side."""
 
 MOST_FAILURES = 10
 """Failed walls that are listed one by one."""
@@ -164,16 +167,14 @@ def _run_parts(folder: StudyFolder, ds: xr.Dataset, settings: StudySettings, wri
     manifest, how = folder.manifest(), settings.study
     status = ds["status"].values
     version, commit = (manifest.get(f"damagepred_{name}", "unknown") for name in ("version", "commit"))
+    words = ("complete", "collapsed", "failed", "not run yet")
+    counts = [f"{(status == value).sum()} {word}" for value, word in zip(SampleStatus, words)]
     rows = [
         ["folder", folder.path.resolve().name],
         ["program", f"damagepred {version}, commit {commit}"],
         ["study begun", str(manifest.get("created", "?"))],
         ["report written", written],
-        ["walls asked for", str(len(status))],
-        *(
-            [f"walls {word}", str(int((status == value).sum()))]
-            for value, word in zip(SampleStatus, ("complete", "collapsed", "failed", "not run yet"))
-        ),
+        ["walls", f"{len(status)}: {', '.join(counts)}"],
         ["seed", str(how.seed)],
         ["sampler", how.sampler + (f", {how.replicates} independent scrambles" if how.replicates > 1 else "")],
         ["solver", settings.scene.solver.method.replace("_", "-")],
@@ -216,8 +217,11 @@ def _followed(settings: StudySettings) -> str:
 def _damage(ds: xr.Dataset) -> list[Part]:
     """Shares of the categories, widths of all walls, and walls by the worst category."""
     from damagepred.plotting import draw, draw_category_shares
+    from damagepred.plotting.sheet import new_figure
 
-    widths = draw(ds, "crack_width_max")
+    shares, widths = (new_figure(*HALF_PAGE).subplots() for _ in range(2))
+    draw_category_shares(ds, shares)
+    draw(ds, "crack_width_max", widths)
     if ds.sizes["sample"] > MOST_LINES:
         for lines in widths.collections:
             lines.set_rasterized(lines.get_label() == "each wall")
@@ -226,7 +230,7 @@ def _damage(ds: xr.Dataset) -> list[Part]:
             "shares",
             "Share of the walls in each category, by the highest category reached.",
             "Shares of walls by damage category against the movement",
-            draw_category_shares(ds),
+            shares,
             along="movement",
         ),
         drawing(
@@ -305,7 +309,8 @@ def _curves_drawing(curves: xr.Dataset, ds: xr.Dataset, at: MovementDistribution
 
     confidence, measure = float(curves.attrs["confidence"]), movement_words(curves)
     ends = own_movements(ds, str(curves.attrs["intensity_measure"])) if at.own else np.asarray(at.points)
-    name = "each wall's own movement" if at.own else f"the answer above: {at.name}"
+    shown = at.name if len(at.points) > 1 else movement_number(at.largest, measure)
+    name = "each wall's own movement" if at.own else f"the answer above: {shown}"
     marks = {name: (float(ends.min()), float(ends.max()))} if ends.size else {}
     caption = (
         f"Probability of each category or worse against the {measure}: lognormal curves with {confidence:.0%} bands, "

@@ -76,10 +76,13 @@ def _movement_in_words(wanted: MovementDistribution, words: str) -> str:
     if len(wanted.points) > 1:
         where = f"site {wanted.name}" if wanted.measure == MOUND else wanted.name
         return f"For {where} ({wanted.assumption}):"
-    value = wanted.largest
-    shown = ratio(value) if words == "deflection ratio" else length(value)
-    site = f", site class {site_class(value).name}" if words == OF_SITE else ""
-    return f"At a {words} of {shown}{site}:"
+    site = f", site class {site_class(wanted.largest).name}" if words == OF_SITE else ""
+    return f"At a {words} of {movement_number(wanted.largest, words)}{site}:"
+
+
+def movement_number(value: float, words: str) -> str:
+    """Movement with its unit, a deflection ratio as 1/n."""
+    return ratio(value) if words == "deflection ratio" else length(value)
 
 
 def _with_name(label: str) -> str:

@@ -343,15 +343,14 @@ def check_study(folder: StudyFolder, root: Element) -> None:
                     compare(value, unit, [float(given)], f"{name}: {word}")
                 field = variable.field
                 compare(row[2], "", [] if field is None else [float(field.course_correlation)], f"{name}: field")
-        elif caption.startswith("Correlation of"):
-            pairs = [value for one in settings.correlation.values() for value in one.values()]
-            check_columns(caption, heads, rows, {"of": None, "with": None, "correlation": each(pairs)})
         elif caption == "Program and study":
             told, status = dict(rows), ds["status"].values
             counts = ("complete", "collapsed", "failed", "not run yet")
             for name, value in (
-                *((f"walls {word}", int((status == k).sum())) for k, word in enumerate(counts)),
-                ("walls asked for", len(status)),
+                (
+                    "walls",
+                    f"{len(status)}: {', '.join(f'{(status == k).sum()} {word}' for k, word in enumerate(counts))}",
+                ),
                 ("seed", settings.study.seed),
                 ("increments", settings.scene.movement.increments),
             ):
