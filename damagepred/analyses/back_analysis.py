@@ -35,12 +35,14 @@ from damagepred.formatting import duration
 from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.capacity import highest_category
+from damagepred.uq.discrepancy import stacked
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.history import PARAMETERS, PRESENT, Histories, drawn_histories, together, years_from
 from damagepred.uq.importance import Proposal, cross_entropy_shift
 from damagepred.uq.movement_distribution import MovementDistribution, movement_distribution
-from damagepred.uq.observations import ANOTHER, Observations, stacked
+from damagepred.uq.observations import ANOTHER, Observations
 from damagepred.uq.samplers import unit_points
+from damagepred.uq.survey_likelihood import vague_log_likelihood
 
 
 @dataclass(frozen=True)
@@ -105,8 +107,9 @@ _MOVED_BY = {
 CELLS = 400_000
 """States times histories whose likelihood is computed at a time: some arrays of 3 MB."""
 
-ROUNDS, WALLS, DEFENSIVE, KERNEL = 8, 60, 0.2, 0.5
-"""Population Monte Carlo: most rounds, walls that guide them, share drawn from the prior, kernel over the scatter."""
+ROUNDS, WALLS, DEFENSIVE, KERNEL, MORE = 8, 60, 0.2, 0.5, 4
+"""Population Monte Carlo: most rounds, walls that guide them, share drawn from the prior, kernel over the scatter; and
+factor on the draws of the last round."""
 
 LIKELY = 64
 """Histories, the likeliest, among which the least misfit is looked for."""
@@ -189,7 +192,8 @@ def infer(
     Examples
     --------
     >>> import damagepred
-    >>> from damagepred.uq.observations import Discrepancy, Observations, CrackObservation
+    >>> from damagepred.uq.discrepancy import Discrepancy
+    >>> from damagepred.uq.observations import Observations, CrackObservation
     >>> survey = Observations(crack=(CrackObservation(width="2 mm"),))
     >>> ds = damagepred.infer("house.dp", survey)
     >>> round(float(ds["posterior"].sum()), 6)
@@ -314,7 +318,7 @@ def posterior(
         raise InputError("observations: no state of any stored wall has a positive likelihood.")
     prior = np.array([seen.prior_odds.get(name, 1.0) for name in (*names, ANOTHER)], dtype=np.float64)
     prior /= prior.sum()
-    evidence = np.append(evidence, seen.vague_log_likelihood())
+    evidence = np.append(evidence, vague_log_likelihood(seen))
     cause = special.softmax(np.log(prior) + evidence)
     weights = [np.exp(log - e) if np.isfinite(e) else np.zeros(log.shape) for log, e in zip(logs, evidence)]
     return _dataset(studies, seen, options, weights, cause, prior, evidence, states)
@@ -426,10 +430,9 @@ def _normals(seen: Observations, kind: int, options: InferenceOptions, seed: int
 def _joined(parts: Sequence[_Draws]) -> _Draws:
     """Draws of several kinds, which are equally likely before the survey."""
     terms = {name: np.concatenate([getattr(part.terms, name) for part in parts]) for name in vars(parts[0].terms)}
-    log_weight = np.concatenate([part.log_weight for part in parts])
-    return _Draws(
-        together([part.past for part in parts]), type(parts[0].terms)(**terms), log_weight - np.log(len(log_weight))
-    )
+    # equally likely kinds, each with its own number of draws
+    log_weight = np.concatenate([part.log_weight - np.log(len(parts) * len(part.log_weight)) for part in parts])
+    return _Draws(together([part.past for part in parts]), type(parts[0].terms)(**terms), log_weight)
 
 
 def _near_posterior(
@@ -440,7 +443,7 @@ def _near_posterior(
     guides, parts = guides[:: max(1, len(guides) // WALLS)], []
     for kind in range(len(seen.prior.kind)):
         normal = _normals(seen, kind, options, kind)
-        draws, near = _drawn(seen, kind, normal, np.zeros(len(normal))), round((1.0 - DEFENSIVE) * len(normal))
+        draws = _drawn(seen, kind, normal, np.zeros(len(normal)))
         for number in range(1, ROUNDS + 1):
             log = _log_likelihood(walls, seen, draws, guides, local)
             total = special.logsumexp(log + prior[guides][..., None], axis=(0, 1))
@@ -452,8 +455,10 @@ def _near_posterior(
             share = weight**power / (weight**power).sum()
             gap = normal - share @ normal
             root = np.linalg.cholesky(KERNEL**2 * gap.T @ (share[:, None] * gap) + 1e-9 * np.eye(gap.shape[1]))
+            factor = MORE if number == ROUNDS else 1  # few draws still count
+            near = round((1.0 - DEFENSIVE) * factor * options.histories)
             centres = normal[np.searchsorted(np.cumsum(share), (np.arange(near) + 0.5) / near)]
-            normal = _normals(seen, kind, options, 100 * number + kind)
+            normal = _normals(seen, kind, replace(options, histories=factor * options.histories), 100 * number + kind)
             normal[:near] = centres + normal[:near] @ root.T
             gap = np.linalg.solve(root, (normal[:, None] - centres).reshape(-1, len(root)).T)
             kernels = special.logsumexp(-0.5 * (gap**2).sum(axis=0).reshape(-1, near), axis=1)

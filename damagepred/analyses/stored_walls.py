@@ -28,14 +28,8 @@ from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.history import Histories, years_from
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_words, shown_measure
 from damagepred.uq.movement_distribution import MovementDistribution
-from damagepred.uq.observations import (
-    CrackObservation,
-    CrackPrediction,
-    Fit,
-    LevelObservation,
-    Observations,
-    series_fit,
-)
+from damagepred.uq.observations import CrackObservation, LevelObservation, Observations
+from damagepred.uq.survey_likelihood import CrackPrediction, Fit, series_fit
 
 PARTS = {"wall": (WALL,), "below_dpc": (BELOW_DPC,), "dpc": (DPC_OPENING, DPC_SLIP)}
 

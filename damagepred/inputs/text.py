@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime as dt
 import re
 import unicodedata
 from collections.abc import Iterable
@@ -39,6 +40,18 @@ def check_title(text: str) -> str:
     if len(text) > LONGEST_TITLE:
         raise ValueError(f"has {len(text)} characters; at most {LONGEST_TITLE}")
     return text
+
+
+def written_date(text: str) -> dt.date:
+    """Date of a text such as 2026-11-28 or 28.11.2026 (ValueError)."""
+    day_first = re.fullmatch(r"(\d{1,2})\.(\d{1,2})\.(\d{4})", text.strip())
+    parts = day_first.groups()[::-1] if day_first else text.strip().split("-")
+    if len(parts) != 3 or not re.fullmatch(r"\d{4} \d{1,2} \d{1,2}", " ".join(parts)):
+        raise ValueError("must be a date such as 2026-11-28 or 28.11.2026")
+    try:
+        return dt.date(*map(int, parts))
+    except ValueError as error:
+        raise ValueError(f"is no date ({error}); give one such as 2026-11-28") from None
 
 
 def category_names(names: Iterable[object]) -> tuple[str, ...]:

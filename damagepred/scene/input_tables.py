@@ -18,7 +18,7 @@ from damagepred.scene.number_table import Column, NumberTable, read_number_table
 from damagepred.scene.peer_record import is_peer_record, read_peer_record
 from damagepred.scene.quantity import to_si
 from damagepred.scene.settlement import LEAST_IN_MIDDLE, SETTLEMENTS, ZERO, signed_size
-from damagepred.scene.survey_tables import LEVELS, between_visits, heights
+from damagepred.scene.survey_tables import LEVELS, between_visits, heights, visits_of
 
 END_TOLERANCE = 1e-3
 """Tolerance between the ends of a profile and of the wall, over its length: positions are rounded."""
@@ -185,7 +185,13 @@ def _profile(path: Path, length: float, ends: Any, along: bool) -> tuple[dict[st
         if bool(table.unit(columns["displacement"], level)) != measured:
             raise InputError(f"{path}: level and displacement both have a unit in their names, or neither has.")
         values.append(table.numbers(columns["displacement"], level))
-    rows, changes, _ = between_visits(table, columns, x[:, None], np.column_stack(values))
+    dates = visits_of(table, columns)
+    if len(visits := np.unique(dates)) > 2:
+        raise InputError(
+            f"{table.path}, column {table.names[columns['date']]}: has {len(visits)} visits ({', '.join(visits)}); a "
+            "movement lies between two: keep the rows of these."
+        )
+    rows, changes, _ = between_visits(table, dates, (visits[0], visits[-1]), x[:, None], np.column_stack(values))
     x, (value, *shift) = x[rows], changes.T
     length = length if length > 0 else x[-1]
     x = x * length if position == "1" else x
@@ -211,7 +217,8 @@ def _profile(path: Path, length: float, ends: Any, along: bool) -> tuple[dict[st
         errors = np.unique(table.numbers(columns["error"], "m")[rows])
         if len(errors) > 1:
             raise InputError(
-                f"{path}: a profile has one error for all levels (movement.survey_error); it has {errors}."
+                f"{path}: a profile has one error for all levels (movement.survey_error); it has "
+                f"{' and '.join(f'{1e3 * error:g}' for error in errors)} mm."
             )
         keys["survey_error"] = float(errors[0])
     x, value = _at_ends(x, value, length, tolerance, ends)

@@ -7,7 +7,6 @@ import io
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -16,6 +15,7 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.input_files import LARGEST_DESCRIPTION, LARGEST_TABLE, as_text, read_bytes
+from damagepred.inputs.text import written_date
 from damagepred.scene.quantity import COMMON, LARGEST, to_si
 
 if TYPE_CHECKING:
@@ -91,14 +91,13 @@ class NumberTable:
 
     def dates(self, column: int) -> list[str]:
         """Dates of a column, as 2026-11-28."""
-        text = self.cells[column].str.removesuffix(" 00:00:00")
-        for line, cell in text.items():
+        dates = []
+        for line, cell in self.cells[column].str.removesuffix(" 00:00:00").items():
             try:
-                date.fromisoformat(cell)
-            except ValueError:
-                where = f"{self.path}, line {line}, {self.names[column]} = {cell!r}"
-                raise InputError(f"{where}: must be a date such as 2026-11-28.") from None
-        return text.tolist()
+                dates.append(str(written_date(cell)))
+            except ValueError as error:
+                raise InputError(f"{self.path}, line {line}, {self.names[column]} = {cell!r}: {error}.") from None
+        return dates
 
     def unit(self, column: int, unit: str) -> str:
         """Unit of a column: in brackets, or at the end of its name (level_mm) if it fits the SI ``unit``."""

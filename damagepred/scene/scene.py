@@ -301,17 +301,18 @@ class Scene:
             names = step_names(getattr(self, key))
             if twice := [name for name in names if names.count(name) > 1]:
                 raise ValueError(f"{key}: two {what} have the name '{twice[0]}'; give each its own")
+        shape = self.movement.shape
+        for number, load in enumerate(self.load, start=1):
+            if not load.sized and shape != "loads":
+                raise ValueError(
+                    f"load {load.name or number}: has no size; give force, line_load, or pressure and breadth "
+                    f"(only movement.shape = 'loads', a test, has loads without a size; here it is '{shape}')"
+                )
         check_loads(self.load, self.opening, self.wall)
-        if (shape := self.movement.shape) != "loads":
+        if shape != "loads":
             for name in ("support", "loading"):
                 if getattr(self, name):
                     raise ValueError(f"{name}: only read with movement.shape = 'loads'; here it is '{shape}'")
-            for number, load in enumerate(self.load, start=1):
-                if not load.sized:
-                    raise ValueError(
-                        f"load {load.name or number}: has no size; give force, line_load, or pressure and breadth "
-                        f"(only movement.shape = 'loads', a test, has loads without a size; here it is '{shape}')"
-                    )
             return
         if self.loading is None:
             raise ValueError("loading: is missing; movement.shape = 'loads' needs a controlled quantity")

@@ -14,7 +14,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from pydantic_core import ArgsKwargs
 
 from damagepred.errors import InputError
-from damagepred.inputs.text import category_names, check_title
+from damagepred.inputs.text import category_names, check_title, written_date
 from damagepred.scene.accuracy import Accuracy, filled_in, preset
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
@@ -368,16 +368,10 @@ class Damage:
         return self
 
 
-def _written_date(value: Any) -> Any:
-    """Date as ``2026-11-28``; other texts are refused."""
-    if isinstance(value, str):
-        try:
-            value = date.fromisoformat(value.strip())
-        except ValueError:
-            raise ValueError('must be a date such as "2026-11-28"') from None
-    if isinstance(value, datetime) or not isinstance(value, date):
-        raise ValueError('must be a date such as "2026-11-28"')
-    return value.isoformat()
+def _iso_date(value: Any) -> Any:
+    """Date as ``2026-11-28``."""
+    day = isinstance(value, date) and not isinstance(value, datetime)
+    return (value if day else written_date(str(value))).isoformat()
 
 
 @described
@@ -409,5 +403,5 @@ class Report:
     project: Annotated[str, AfterValidator(check_title)] | None = None
     client: Annotated[str, AfterValidator(check_title)] | None = None
     author: Annotated[str, AfterValidator(check_title)] | None = None
-    date: Annotated[str, BeforeValidator(_written_date)] | None = None
+    date: Annotated[str, BeforeValidator(_iso_date)] | None = None
     revision: Annotated[str, AfterValidator(check_title)] | None = None

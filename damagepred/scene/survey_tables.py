@@ -46,19 +46,17 @@ def heights(table: NumberTable, columns: Mapping[str, int], unit: str = "m") -> 
     return table.numbers(columns["level"], unit) if "level" in columns else -table.numbers(columns["settlement"], unit)
 
 
+def visits_of(table: NumberTable, columns: Mapping[str, int]) -> Any:
+    """Date of each row; empty texts without dates."""
+    return np.array(table.dates(columns["date"]) if "date" in columns else [""] * len(table.cells))
+
+
 def between_visits(
-    table: NumberTable, columns: Mapping[str, int], place: FloatArray, values: FloatArray
+    table: NumberTable, dates: Any, visits: tuple[str, str], place: FloatArray, values: FloatArray
 ) -> tuple[IntArray, FloatArray, IntArray | None]:
-    """Rows of the last visit, values (rows, n) since the first, and its rows (None: one visit, values as read)."""
-    dates = np.array(table.dates(columns["date"]) if "date" in columns else [""] * len(table.cells))
-    visits = np.unique(dates)
-    if len(visits) > 2:
-        raise InputError(
-            f"{table.path}, column {table.names[columns['date']]}: has {len(visits)} visits ({', '.join(visits)}); a "
-            "movement lies between two: keep the rows of these."
-        )
-    before, last = (np.flatnonzero(dates == visits[k]) for k in (0, -1))
-    if len(visits) == 1:
+    """Rows of the second visit, values (rows, n) since the first, and its rows (None: one visit, values as read)."""
+    before, last = (np.flatnonzero(dates == visit) for visit in visits)
+    if visits[0] == visits[1]:
         return last, values, None
     apart = np.linalg.norm(place[last][:, None] - place[before], axis=2)
     if (lost := np.flatnonzero(apart.min(axis=1) > SAME_POINT)).size:
@@ -68,18 +66,26 @@ def between_visits(
     return last, values[last] - values[first], first
 
 
-def read_survey(kind: type, name: str, entry: Mapping[str, Any], folder: Path) -> list[Any]:
-    """Observations of a class in a file, one per row or, of levels, per difference from the first row."""
+def read_survey(kind: type, name: str, entry: Mapping[str, Any], folder: Path, dated: bool = False) -> list[Any]:
+    """Observations of a class in a file, one per row or, of levels, per difference from the first row.
+
+    ``dated``: levels of one visit or two have its date, too.
+    """
     others = {key: value for key, value in entry.items() if key != "file"}
     if not isinstance(entry["file"], str):
         raise InputError(f"[[{name}]] file = {entry['file']!r}: must be the name of a file.")
     table = read_number_table(folder / entry["file"])
+    if name == "monitor":
+        values = {"width": Column("m", OTHERS["width"]), "change": Column("m", ("movement", "reading"))}
+        columns = table.columns({**values, **TEXTS, "date": TEXTS["date"]._replace(required=True)})
+        read = {key: table.numbers(columns[key], "m").tolist() for key in values if key in columns}
+        return [{**others, "date": table.dates(columns["date"]), **read}]
     fields = {
         f.name: Column(unit_of(kind, [f.name]) if takes_number(kind, [f.name]) else "", OTHERS.get(f.name, ()))
         for f in dataclasses.fields(kind)
     }
     if name == "level" and {"level", "settlement"} & set(table.keys(LEVELS)):
-        return _levels(kind, table, others)
+        return _levels(kind, table, others, dated)
     columns = table.columns({**TEXTS, **fields})
     if "date" in columns and "date" not in fields and len(visits := sorted(set(table.dates(columns["date"])))) > 1:
         raise InputError(f"{table.path}: has {len(visits)} visits ({', '.join(visits)}); keep the rows of one.")
@@ -94,8 +100,8 @@ def read_survey(kind: type, name: str, entry: Mapping[str, Any], folder: Path) -
     return [build(kind, row, f"{table.path}, line {line}") for line, row in zip(table.cells.index, rows)]
 
 
-def _levels(kind: type, table: NumberTable, others: Mapping[str, Any]) -> list[Any]:
-    """Differences of levels from the first point, of one visit or between two."""
+def _levels(kind: type, table: NumberTable, others: Mapping[str, Any], dated: bool) -> list[Any]:
+    """Differences of levels from the first point, of one visit or since the first of several."""
     columns = table.columns({**LEVELS, "y": Column("m", ("height",))})
     count = len(table.cells)
     given: dict[str, FloatArray] = {}
@@ -108,20 +114,25 @@ def _levels(kind: type, table: NumberTable, others: Mapping[str, Any]) -> list[A
             except ValueError as error:
                 raise InputError(f"[[level]] {key} = {others[key]!r}: {error}.") from None
     place = np.column_stack((table.numbers(columns["x"], "m"), given["y"]))
-    rows, rise, first = between_visits(table, columns, place, heights(table, columns))
-    if len(rows) < 2:
-        raise InputError(f"{table.path}: needs two points or more; a level counts relative to the first.")
-    variance = given["error"] ** 2 if "error" in given else None
-    if variance is not None:
-        variance = variance[rows] + (0.0 if first is None else variance[first])
+    height, dates = heights(table, columns), visits_of(table, columns)
+    days = np.unique(dates).tolist()
     more = {key: value for key, value in others.items() if key not in ("y", "error")}
     found: list[Any] = []
-    for k, row in enumerate(rows[1:], 1):
-        ends = (*place[rows[0]].tolist(), *place[row].tolist(), float(rise[k] - rise[0]))
-        level = {**dict(zip(("x", "y", "to_x", "to_y", "difference"), ends)), **more}
+    for day in days[1:] or days:
+        rows, rise, first = between_visits(table, dates, (days[0], day), place, height)
+        if len(rows) < 2:
+            raise InputError(f"{table.path}: needs two points or more; a level counts relative to the first.")
+        variance = given["error"] ** 2 if "error" in given else None
         if variance is not None:
-            level["error"] = float(np.sqrt(variance[0] + variance[k]))
-        found.append(build(kind, level, f"{table.path}, line {table.cells.index[row]}"))
+            variance = variance[rows] + (0.0 if first is None else variance[first])
+        when = {"date": day} if day and (dated or len(days) > 2) else {}
+        when |= {"since": days[0]} if when and first is not None else {}
+        for k, row in enumerate(rows[1:], 1):
+            ends = (*place[rows[0]].tolist(), *place[row].tolist(), float(rise[k] - rise[0]))
+            level = {**dict(zip(("x", "y", "to_x", "to_y", "difference"), ends)), **when, **more}
+            if variance is not None:
+                level["error"] = float(np.sqrt(variance[0] + variance[k]))
+            found.append(build(kind, level, f"{table.path}, line {table.cells.index[row]}"))
     return found
 
 

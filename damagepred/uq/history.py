@@ -18,6 +18,7 @@ from pydantic import BeforeValidator, Field
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
+from damagepred.inputs.text import written_date
 from damagepred.scene.described import described
 
 DAYS = 365.25
@@ -37,14 +38,7 @@ def _day(value: Any) -> Any:
     """Date of a TOML date, a date with a time or a text."""
     if isinstance(value, dt.datetime):
         return value.date()
-    if isinstance(value, str) and re.fullmatch(r"\d{4}-\d{2}-\d{2}", value.strip()):
-        try:
-            return dt.date.fromisoformat(value.strip())
-        except ValueError as error:
-            raise ValueError(f"is no date ({error}); give one such as 2026-02-28") from None
-    if isinstance(value, dt.date):
-        return value
-    raise ValueError("must be a date: year, month and day, such as 2026-02-28")
+    return value if isinstance(value, dt.date) else written_date(str(value))
 
 
 def _day_or_year(value: Any) -> Any:

@@ -1,40 +1,29 @@
-"""Observations on a damaged wall, and their likelihood for the states of solved walls.
-
-A measured value is normal about the wall's own, with the survey's error and the model's discrepancy added in squares
-(Kennedy and O'Hagan 2001); a limit is censored. All observations share the uncertain discrepancy, so their joint
-likelihood is integrated over its distribution (Gauss-Hermite quadrature).
-
-Readings of one quantity at several dates are a series: the model's discrepancy is the same at all of them, except for
-a share of each reading's own, and the errors of the survey are independent.
-"""
+"""Observations on a damaged wall: cracks, monitors, levels, slopes, windows, and checks against contradictions."""
 
 from __future__ import annotations
 
 import datetime as dt
 import itertools
 import math
-import tomllib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import cache, cached_property, partial
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
 from scipy import special
 
-from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
-from damagepred.inputs.data_files import data_file
 from damagepred.inputs.input_files import read_toml
 from damagepred.scene import Scene
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.scene.reading import build
 from damagepred.scene.survey_tables import SUFFIXES, read_survey, survey_kind
-from damagepred.uq.history import Day, History, years_from
+from damagepred.uq.discrepancy import Discrepancy
+from damagepred.uq.history import Day, History
 
 Direction = Literal["horizontal", "vertical", "stepped", "diagonal"]
 
@@ -47,103 +36,8 @@ ROUNDING = 1e-9
 ANOTHER = "another cause"
 """Name of all causes without a study, in prior odds and tables."""
 
-VAGUE_WIDTH = 1.6e-3, 1.7
-"""Under another cause: median (m) and deviation of the logarithm of crack widths, 90 % of them from 0.1 to 25 mm (the
-limits of the damage table). One place in two has no crack. Assumed, as all values of the vague model."""
-
-VAGUE_SLOPE = 1.0 / 150.0
-"""Under another cause: mean slope and tilt, and standard deviation of levels over their distance."""
-
-VAGUE_CHANGE = 5e-3
-"""Under another cause: standard deviation of the change of an opening's width (m); one opening in two sticks."""
-
-OWN_SHARE = 0.1
-"""Share of the model's discrepancy (standard deviation) that is each reading's own, not its series'. Assumed."""
-
-COMMON_POINTS = 7
-"""Points of the quadrature over the common discrepancy of a series with limits."""
-
-
-@cache
-def _shipped_terms() -> dict[str, dict[str, Any]]:
-    """Read value, interval, source and confidence of each term of the model's discrepancy."""
-    return tomllib.loads(data_file("statistics", "discrepancy.toml").read_text(encoding="utf-8"))
-
-
-def _shipped(name: str) -> Callable[[], float]:
-    return partial(lambda key: float(_shipped_terms()[key]["value"]), name)
-
-
-@described
-class Discrepancy:
-    """Standard deviations of the model against real walls (``[discrepancy]``), shown with every result.
-
-    Those of crack widths are fitted on the cases of the validation; the others are assumed
-    (``data/statistics/discrepancy.toml``). The fitted ones are lognormal about the values here; a value that the user
-    gives instead is certain.
-
-    Attributes
-    ----------
-    width, width_share : float
-        Of a crack width: absolute (m), and as a share of it.
-    level : float
-        Standard deviation of a difference of levels (m).
-    slope : float
-        Standard deviation of a slope or tilt.
-    distortion_share : float
-        Of the distortion of an opening, as a share of it.
-    direction : float
-        Probability that a crack runs in another direction in the model.
-    """
-
-    width: Length = Field(default_factory=_shipped("width"), gt=0)
-    width_share: Pure = Field(default_factory=_shipped("width_share"), ge=0)
-    level: Length = Field(default_factory=_shipped("level"), gt=0)
-    slope: Pure = Field(default_factory=_shipped("slope"), gt=0)
-    distortion_share: Pure = Field(default_factory=_shipped("distortion_share"), gt=0)
-    direction: Pure = Field(default_factory=_shipped("direction"), gt=0, lt=1)
-
-    def origins(self) -> dict[str, tuple[str, str]]:
-        """Interval (90 %) and level of confidence of each term; values that the user gave have neither."""
-        terms = {}
-        for name, term in _shipped_terms().items():
-            interval = f"{term['low']:g} to {term['high']:g}" if "low" in term else "-"
-            shipped = getattr(self, name) == term["value"]
-            terms[name] = (interval, str(term["confidence"])) if shipped else ("-", "given")
-        return terms
-
-    @property
-    def uncertain(self) -> list[str]:
-        """Names of the terms that are fitted and have an interval."""
-        return [name for name, (interval, _) in self.origins().items() if interval != "-"]
-
-    def at(self, normal: FloatArray) -> Discrepancy:
-        """Discrepancy at independent standard normals, one per uncertain term: correlated lognormal terms."""
-        names, terms = self.uncertain, _shipped_terms()
-        fitted = [terms[name] for name in names]
-        deviation = [np.log(term["high"] / term["low"]) / (2.0 * special.ndtri(0.95)) for term in fitted]
-        below = np.array([[term.get("correlation", {}).get(name, 0.0) for name in names] for term in fitted])
-        root = np.linalg.cholesky(np.eye(len(names)) + below + below.T)
-        factors = np.exp(deviation * (root @ normal))
-        return replace(self, **{name: getattr(self, name) * float(f) for name, f in zip(names, factors)})
-
-    def nodes(self, points: int) -> list[tuple[float, Discrepancy]]:
-        """Weights and discrepancies of a product Gauss-Hermite quadrature with this many points per uncertain term."""
-        if not self.uncertain:
-            return [(1.0, self)]
-        places, weights = np.polynomial.hermite_e.hermegauss(points)
-        product = itertools.product(range(points), repeat=len(self.uncertain))
-        chosen = [list(chosen_nodes) for chosen_nodes in product]
-        total = float(weights.sum() ** len(self.uncertain))
-        return [
-            (float(np.prod(weights[chosen_nodes])) / total, self.at(places[chosen_nodes])) for chosen_nodes in chosen
-        ]
-
-
-def stacked(models: Sequence[Discrepancy]) -> Any:
-    """Discrepancies as one, whose terms are arrays (discrepancies,)."""
-    names = [field.name for field in fields(Discrepancy)]
-    return SimpleNamespace(**{name: np.array([getattr(model, name) for model in models]) for name in names})
+WIDEST, HIGHEST = 0.3, 1.0
+"""Largest width of a crack, and difference of levels (m): beyond them millimetres lack their unit."""
 
 
 @described
@@ -199,21 +93,26 @@ class CrackObservation(Reading):
     x: Length | None = None
     y: Length | None = None
     within: Length = Field(default=0.5, gt=0)
-    width: Length | None = Field(default=None, gt=0)
-    change: Length | None = None
-    error: Length = Field(default=2e-4, ge=0)
-    wider_than: Length | None = Field(default=None, gt=0)
-    narrower_than: Length | None = Field(default=None, gt=0)
+    width: Length | None = Field(default=None, gt=0, le=WIDEST)
+    change: Length | None = Field(default=None, ge=-WIDEST, le=WIDEST)
+    error: Length = Field(default=2e-4, ge=0, le=WIDEST)
+    wider_than: Length | None = Field(default=None, gt=0, le=WIDEST)
+    narrower_than: Length | None = Field(default=None, gt=0, le=WIDEST)
     none: bool = False
     visible: Length = Field(default=1e-4, gt=0)
     direction: Direction | None = None
     part: Literal["wall", "below_dpc", "dpc"] = "wall"
 
     @property
+    def limits(self) -> tuple[float, float]:
+        """Limits of a width that was not measured (m)."""
+        return (-np.inf, self.visible) if self.none else (self.wider_than or -np.inf, self.narrower_than or np.inf)
+
+    @property
     def range(self) -> tuple[float, float]:
         """Limits of the widest crack (m), ``CONTRADICTION`` standard errors from a measured width."""
         if self.width is None:
-            return _limits(self)
+            return self.limits
         return self.width - CONTRADICTION * self.error, self.width + CONTRADICTION * self.error
 
     def contains(self, other: CrackObservation) -> bool:
@@ -273,13 +172,15 @@ class MonitorSeries:
         common = {key: getattr(self, key) for key in ("x", "y", "within", "direction", "part", "error")}
         if self.change:
             common["since"] = self.date[0]
-            return [CrackObservation(**common, date=d, change=c) for d, c in zip(self.date[1:], self.change[1:])]
+            rows = zip(self.date[1:], self.change[1:])
+            return [build(CrackObservation, {**common, "date": d, "change": c}, where) for d, c in rows]
         if shut := [value for value in self.width if not value > 0]:
             raise InputError(
                 f"{where}: width = {shut[0]:g}: must be greater than 0; give a closed crack as a [[crack]] with "
                 "none = true, or the changes since the first day as `change`."
             )
-        return [CrackObservation(**common, date=d, width=w) for d, w in zip(self.date, self.width)]
+        rows = zip(self.date, self.width)
+        return [build(CrackObservation, {**common, "date": d, "width": w}, where) for d, w in rows]
 
 
 @described
@@ -300,8 +201,8 @@ class LevelObservation(Reading):
     y: Length
     to_x: Length
     to_y: Length
-    difference: Length
-    error: Length = Field(default=1e-3, ge=0)
+    difference: Length = Field(ge=-HIGHEST, le=HIGHEST)
+    error: Length = Field(default=1e-3, ge=0, le=HIGHEST)
 
 
 @described
@@ -336,11 +237,17 @@ class WindowObservation(Reading):
 
     opening: Count = Field(ge=1)
     sticks: bool | None = None
-    width_change: Length | None = None
-    error: Length = Field(default=5e-4, gt=0)
+    width_change: Length | None = Field(default=None, ge=-WIDEST, le=WIDEST)
+    error: Length = Field(default=5e-4, gt=0, le=WIDEST)
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Limits of the distortion over the distortion from which an opening sticks."""
+        return (1.0, np.inf) if self.sticks else (-np.inf, 1.0)
 
 
 _KINDS = {
+    "monitor": MonitorSeries,
     "crack": CrackObservation,
     "level": LevelObservation,
     "slope": SlopeObservation,
@@ -571,13 +478,6 @@ class Observations:
         """Number of observations."""
         return sum(len(readings) for _, readings in self.series)
 
-    def vague_log_likelihood(self) -> float:
-        """Log likelihood under another cause: each quantity for itself, as vague as surveys are.
-
-        The last reading of a series is as vague as if it were alone; before it the quantity walked randomly.
-        """
-        return sum(_vague_series(found, self.discrepancy) for _, found in self.series)
-
     @classmethod
     def from_toml(cls, path: str | Path, until: Sequence[str] = ()) -> Observations:
         """Read the file of a survey: TOML, or a table of cracks or levels (CSV, xlsx); ``until``: forecast dates."""
@@ -585,190 +485,21 @@ class Observations:
         try:
             table = path.suffix.lower() in SUFFIXES
             tables: dict[str, Any] = {survey_kind(path): [{"file": path.name}]} if table else dict(read_toml(path))
-            for name, kind in _KINDS.items():
+            dated = bool(until) or "history" in tables or "monitor" in tables
+            for name in ("monitor", *(table for table in TABLES if table != "level"), "level"):
                 entries = tables.get(name)
                 if isinstance(entries, list):
                     filed = [isinstance(entry, dict) and "file" in entry for entry in entries]
                     read = [
-                        read_survey(kind, name, entry, path.parent) if from_file else [entry]
+                        read_survey(_KINDS[name], name, entry, path.parent, dated) if from_file else [entry]
                         for entry, from_file in zip(entries, filed)
                     ]
                     tables[name] = list(itertools.chain(*read))
+                    dated |= any(
+                        one.get("date") if isinstance(one, dict) else getattr(one, "date", None) for one in tables[name]
+                    )
             if until and isinstance(tables.setdefault("history", {}), dict):
                 tables["history"]["until"] = list(until)
             return build(cls, tables, str(path))
         except InputError as error:
             raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
-
-
-class Fit(NamedTuple):
-    """Agreement of states with an observation; ``misfit``: squared standard deviations, -2 ln p of a limit."""
-
-    log_likelihood: FloatArray
-    misfit: FloatArray
-
-    def __add__(self, other: object) -> Fit:
-        """Fit of two independent observations."""
-        if not isinstance(other, Fit):
-            return NotImplemented
-        return Fit(self.log_likelihood + other.log_likelihood, self.misfit + other.misfit)
-
-
-def measured(predicted: FloatArray, value: float, deviation: FloatArray | float) -> Fit:
-    """Fit of a measured value; ``deviation`` is its standard deviation about the prediction."""
-    misfit = ((predicted - value) / deviation) ** 2
-    return Fit(-0.5 * misfit - np.log(deviation * math.sqrt(2.0 * math.pi)), misfit)
-
-
-def censored(predicted: FloatArray, lower: float, upper: float, deviation: FloatArray | float) -> Fit:
-    """Fit of a value known to lie between limits, which may be infinite."""
-    a, b = (lower - predicted) / deviation, (upper - predicted) / deviation
-    if math.isinf(lower) or math.isinf(upper):
-        chance = special.ndtr(b if math.isinf(lower) else -a)
-    else:
-        flip = a > 0  # both in the upper tail, where differences of ndtr cancel
-        chance = special.ndtr(np.where(flip, -a, b)) - special.ndtr(np.where(flip, -b, a))
-    logarithm = np.log(np.maximum(chance, np.finfo(np.float64).tiny))
-    return Fit(logarithm, -2.0 * logarithm)
-
-
-@dataclass(frozen=True)
-class CrackPrediction:
-    """Value of a reading on each wall: width (m) of any crack, of the observed direction, and before the change."""
-
-    any: FloatArray
-    along: FloatArray
-    before: CrackPrediction | None = None
-
-
-def crack_fit(seen: CrackObservation, predicted: CrackPrediction, model: Any) -> Fit:
-    """Fit of an observed crack."""
-    return series_fit([seen], [predicted], model)
-
-
-def series_fit(series: Sequence[Reading], predicted: Sequence[CrackPrediction], model: Any) -> Fit:
-    """Fit of the readings of one quantity; ``model``: discrepancy, or the terms of several (``stacked``)."""
-    other = _fit(
-        [_deviations(r, p.any, None if p.before is None else p.before.any, model) for r, p in zip(series, predicted)]
-    )
-    if all(getattr(reading, "direction", None) is None for reading in series):
-        return other
-    # a mixture: the model's crack may run otherwise than the real one
-    share = model.direction
-    same = _fit(
-        [
-            _deviations(r, p.along, None if p.before is None else p.before.along, model)
-            for r, p in zip(series, predicted)
-        ]
-    )
-    both = np.logaddexp(np.log1p(-share) + same.log_likelihood, np.log(share) + other.log_likelihood)
-    return Fit(both, np.minimum(same.misfit, other.misfit - 2.0 * np.log(share)))
-
-
-def _deviations(reading: Reading, value: FloatArray, before: FloatArray | None, model: Any) -> tuple[Any, ...]:
-    """Reading, its prediction, and the standard deviations that it shares with its series and has of its own."""
-    discrepancy, error = _errors(reading, value, model)
-    own = np.hypot(error, OWN_SHARE * discrepancy)
-    if before is not None:
-        value, discrepancy = value - before, discrepancy - _errors(reading, before, model)[0]
-    return reading, value, math.sqrt(1.0 - OWN_SHARE**2) * discrepancy, own
-
-
-def _fit(readings: Sequence[tuple[Any, ...]]) -> Fit:
-    """Fit of readings with one common standard normal (Sherman and Morrison 1950; quadrature for limits)."""
-    values = [(reading.observed, *rest) for reading, *rest in readings if reading.observed is not None]
-    limits = [(_limits(reading), *rest) for reading, *rest in readings if reading.observed is None]
-    if len(readings) == 1:
-        for value, mean, shared, own in values:
-            return measured(mean, value, np.hypot(shared, own))
-        for (lower, upper), mean, shared, own in limits:
-            return censored(mean, lower, upper, np.hypot(shared, own))
-    squares: Any = 0.0
-    cross = along = logs = squares  # of residuals, of residual and common deviation, of the latter, of variances
-    for value, mean, shared, own in values:
-        own = np.maximum(own, np.finfo(np.float64).tiny)
-        gap, common = (value - mean) / own, shared / own
-        squares, cross, along = squares + gap**2, cross + gap * common, along + common**2
-        logs = logs + 2.0 * np.log(own)
-    rest = 1.0 + along
-    misfit = squares - cross**2 / rest
-    log = -0.5 * (misfit + logs + np.log(rest) + len(values) * math.log(2.0 * math.pi))
-    if not limits:
-        return Fit(log, misfit)
-    chances = []
-    for node, weight in zip(*np.polynomial.hermite_e.hermegauss(COMMON_POINTS)):
-        common = cross / rest + node / np.sqrt(rest)
-        terms = [
-            censored(m + shared * common, low, high, np.maximum(own, 1e-12)) for (low, high), m, shared, own in limits
-        ]
-        chances.append(math.log(weight / math.sqrt(2.0 * math.pi)) + sum(term.log_likelihood for term in terms))
-    chance: Any = special.logsumexp(chances, axis=0)
-    return Fit(log + chance, misfit - 2.0 * chance)
-
-
-def _limits(reading: Any) -> tuple[float, float]:
-    """Limits of a value that was not measured: width (m), or distortion over that from which an opening sticks."""
-    if isinstance(reading, WindowObservation):
-        return (1.0, np.inf) if reading.sticks else (-np.inf, 1.0)
-    return (
-        (-np.inf, reading.visible) if reading.none else (reading.wider_than or -np.inf, reading.narrower_than or np.inf)
-    )
-
-
-def _errors(reading: Any, value: FloatArray, model: Any) -> tuple[FloatArray, float]:
-    """Standard deviations of the model's discrepancy at a predicted value, and of the reading."""
-    match reading:
-        case CrackObservation():
-            return np.sqrt(model.width**2 + (model.width_share * value) ** 2), reading.error
-        case WindowObservation(sticks=None):
-            return model.distortion_share * value, reading.error
-        case WindowObservation():
-            return model.distortion_share * np.maximum(value, 1.0), 0.0
-    return (model.level if isinstance(reading, LevelObservation) else model.slope) + 0.0 * value, reading.error
-
-
-def _vague(reading: Any, model: Discrepancy) -> tuple[float, float]:
-    """Log likelihood of a reading under another cause, and standard deviation of the change in a year."""
-    match reading:
-        case CrackObservation():
-            middle, deviation = VAGUE_WIDTH
-            if reading.width is not None:
-                error = math.hypot(reading.error, model.width)
-                whole = math.exp(-0.5 * (reading.width / error) ** 2) / (error * math.sqrt(0.5 * math.pi))
-                z = math.log(reading.width / middle) / deviation
-                open_ = math.exp(-0.5 * z**2) / (reading.width * deviation * math.sqrt(2.0 * math.pi))
-                chance = 0.5 * (whole + open_)
-            else:  # any width fits a change
-                ends = np.maximum(_limits(reading), 0.0) if reading.change is None else (0.0, np.inf)
-                below = [0.5 * (x > 0) + 0.5 * special.ndtr(np.log(max(x, 1e-300) / middle) / deviation) for x in ends]
-                chance = float(below[1] - below[0])
-            other = 1.0 - model.direction  # one of four directions, or the model's runs otherwise
-            return math.log(chance * (1.0 if reading.direction is None else 1.0 - 0.75 * other)), middle
-        case SlopeObservation():
-            return -reading.value / VAGUE_SLOPE - math.log(VAGUE_SLOPE), VAGUE_SLOPE
-        case WindowObservation(width_change=None):
-            return math.log(0.5), VAGUE_CHANGE
-    level = isinstance(reading, LevelObservation)
-    scatter = VAGUE_SLOPE * math.hypot(reading.to_x - reading.x, reading.to_y - reading.y) if level else VAGUE_CHANGE
-    spread = math.hypot(scatter, math.hypot(reading.error, model.level if level else 0.0))
-    return float(measured(np.zeros(1), reading.observed, spread).log_likelihood[0]), scatter
-
-
-def _vague_series(series: Sequence[Any], model: Discrepancy) -> float:
-    """Log likelihood under another cause of the readings of one quantity (a random walk back from the last)."""
-    values = [reading for reading in series if reading.since is None]
-    total = _vague(values[-1], model)[0] if values else 0.0
-    for walk in (values, [reading for reading in series if reading.since is not None]):
-        *found, last = [reading for reading in walk if reading.observed is not None] or [None]
-        if last is None or (last.since is None and last is not values[-1]):
-            continue
-        day, value, error = (last.date, last.observed, last.error) if last.since is None else (last.since, 0.0, 0.0)
-        found += [last] if last.since is not None else []
-        years = np.abs(years_from(day, [reading.date for reading in found]))
-        scatter = _vague(last, model)[1]
-        covariance = scatter**2 * np.minimum.outer(years, years) + error**2
-        covariance += np.diag(np.array([max(reading.error, 1e-9) for reading in found]) ** 2)
-        gap = np.array([reading.observed for reading in found]) - value
-        size = np.linalg.slogdet(2.0 * math.pi * covariance)[1]
-        total -= 0.5 * float(gap @ np.linalg.solve(covariance, gap) + size)
-    return total

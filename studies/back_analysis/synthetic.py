@@ -21,7 +21,8 @@ from damagepred.arrays import FloatArray
 from damagepred.campaign.settings import StudySettings
 from damagepred.inputs.input_files import read_toml
 from damagepred.study import Study
-from damagepred.uq.observations import CrackObservation, Discrepancy, LevelObservation, Observations
+from damagepred.uq.discrepancy import Discrepancy
+from damagepred.uq.observations import CrackObservation, LevelObservation, Observations
 
 Point = tuple[float, float]
 

@@ -17,15 +17,10 @@ import xarray as xr
 from damagepred.analyses.back_analysis import DEFAULT, InferenceOptions, over_time, states_of
 from damagepred.analyses.stored_walls import StoredWalls
 from damagepred.arrays import FloatArray
+from damagepred.uq.discrepancy import Discrepancy
 from damagepred.uq.history import PARAMETERS, History, drawn_histories, years_from
-from damagepred.uq.observations import (
-    OWN_SHARE,
-    CrackObservation,
-    Discrepancy,
-    MonitorSeries,
-    Observations,
-    SlopeObservation,
-)
+from damagepred.uq.observations import CrackObservation, MonitorSeries, Observations, SlopeObservation
+from damagepred.uq.survey_likelihood import OWN_SHARE
 
 README = Path(__file__).with_name("README.md")
 LARGEST, INCREMENTS, LAST = 10e-3, 20, dt.date(2026, 1, 1)

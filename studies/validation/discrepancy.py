@@ -29,7 +29,9 @@ sys.path.insert(0, str(HERE))
 
 from damagepred.arrays import FloatArray  # noqa: E402
 from damagepred.inputs.data_files import data_file  # noqa: E402
-from damagepred.uq.observations import CrackObservation, CrackPrediction, Discrepancy, crack_fit  # noqa: E402
+from damagepred.uq.discrepancy import Discrepancy  # noqa: E402
+from damagepred.uq.observations import CrackObservation  # noqa: E402
+from damagepred.uq.survey_likelihood import CrackPrediction, crack_fit  # noqa: E402
 from studies.pages import put_in  # noqa: E402
 
 MARKS = "<!-- written by discrepancy.py -->", "<!-- end of discrepancy -->"

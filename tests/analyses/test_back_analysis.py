@@ -23,18 +23,16 @@ from damagepred.report.back_analysis import posterior_cautions
 from damagepred.scene import Scene
 from damagepred.scene.reading import build
 from damagepred.study import Study
+from damagepred.uq.discrepancy import Discrepancy
 from damagepred.uq.history import PRESENT
 from damagepred.uq.observations import (
     CrackObservation,
-    CrackPrediction,
-    Discrepancy,
     LevelObservation,
     Observations,
     SlopeObservation,
     WindowObservation,
-    crack_fit,
-    measured,
 )
+from damagepred.uq.survey_likelihood import CrackPrediction, crack_fit, measured, vague_log_likelihood
 from tests.conftest import SMALL_STUDY
 
 FIXED = SMALL_STUDY.partition('[variables."movement')[0]
@@ -137,7 +135,7 @@ def test_few_effective_samples_have_no_odds(causes: list[Path]) -> None:
     assert float(known["another_cause_odds"]) == pytest.approx(shares[2] / (1.0 - shares[2]))
     assert known["posterior_odds"].values == pytest.approx([p / (1.0 - p) for p in shares[:2]])
     # the mean likelihood of a study, and the vague one of any other cause, by Bayes' theorem with even priors
-    evidence = np.exp([*known["log_evidence"].values, tilt.vague_log_likelihood()])
+    evidence = np.exp([*known["log_evidence"].values, vague_log_likelihood(tilt)])
     assert shares == pytest.approx((evidence / evidence.sum()).tolist())
     sure = Observations(tilt=tilt.tilt, prior_odds={"doming": 1e6})
     odds = infer(causes, sure, options=InferenceOptions(fewest_effective=2.0))
@@ -170,7 +168,7 @@ def test_paths_that_end_at_the_present_movement_are_named_with_the_movement_to_r
 
 def test_densities_of_another_cause_and_of_measurements_add_up_to_one() -> None:
     def chance(**what: Any) -> float:
-        return float(np.exp(Observations(**what).vague_log_likelihood()))
+        return float(np.exp(vague_log_likelihood(Observations(**what))))
 
     limits = [{"narrower_than": 1e-3}, {"wider_than": 1e-3, "narrower_than": 5e-3}, {"wider_than": 5e-3}]
     assert sum(chance(crack=(CrackObservation(**one),)) for one in limits) == pytest.approx(1.0)

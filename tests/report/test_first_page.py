@@ -42,7 +42,7 @@ def test_the_head_of_the_report_is_no_part_of_the_study(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ('date = "28.11.2026"', "must be a date such as"),
+        ('date = "11/28/2026"', "must be a date such as"),
         ("date = 2026-11-28T10:00:00", "must be a date such as"),
         ('client = "a\\u0007b"', "control characters"),
         ('custommer = "x"', "report takes project, client, author, date, revision"),

@@ -137,3 +137,55 @@ def test_levels_count_from_the_first_point_or_between_visits(tmp_path: Path) -> 
 def test_surveys_that_are_refused(tmp_path: Path, name: str, text: str, said: str) -> None:
     with pytest.raises(InputError, match=said):
         observations(tmp_path, f'[[{name}]]\nfile = "f.csv"\n', f=text)
+
+
+VISITS = "date;x (m);level (mm)\n" + "".join(
+    f"{day};{x};{value}\n"
+    for day, values in (("1.3.2022", "0 0 0"), ("01.03.2023", "0 -2 -4"), ("2024-03-01", "-1 -4 -9"))
+    for x, value in zip("024", values.split())
+)
+
+
+def test_levels_of_many_visits_are_series_since_the_first(tmp_path: Path) -> None:
+    """Each later visit gives the change since the first, with both dates; two visits do where others have dates."""
+    survey = observations(tmp_path, '[[level]]\nfile = "levels.csv"\ny = "0.3 m"\n', levels=VISITS)
+    np.testing.assert_allclose([v.difference for v in survey.level], [-2e-3, -4e-3, -3e-3, -8e-3], atol=1e-12)
+    assert [str(v.date) for v in survey.level] == ["2023-03-01"] * 2 + ["2024-03-01"] * 2
+    assert {str(v.since) for v in survey.level} == {"2022-03-01"}
+    assert [len(readings) for _, readings in survey.series] == [2, 2]
+    two = VISITS.replace("1.3.2022;", "x").replace("x0;0\nx2;0\nx4;0\n", "")
+    alone = observations(tmp_path, '[[level]]\nfile = "levels.csv"\n', levels=two)
+    assert {v.date for v in alone.level} == {None}
+    crack = '[[crack]]\nwidth = "1 mm"\ndate = 2024-03-01\n'
+    dated = observations(tmp_path, crack + '[[level]]\nfile = "levels.csv"\n', levels=two)
+    assert {(str(v.since), str(v.date)) for v in dated.level} == {("2023-03-01", "2024-03-01")}
+    with pytest.raises(InputError, match="level 1: has no date, but other"):
+        observations(tmp_path, crack + '[[level]]\nfile = "levels.csv"\n', levels="x,level (mm)\n0,0\n1,1\n")
+
+
+def test_a_monitor_of_a_file_is_its_table(tmp_path: Path) -> None:
+    place = 'x = "1 m"\ny = "0.5 m"\nerror = "0.1 mm"\n'
+    rows = 'date = [2022-01-01, 2023-01-01, 2024-01-01]\nchange = [0, "0.2 mm", "0.5 mm"]\n'
+    by_hand = observations(tmp_path, "[[monitor]]\n" + place + rows).cracks
+    text = "Date,Change [mm],Remark\n2022-01-01,0,\n2023-01-01,0.2,\n01.01.2024,0.5,after rain\n"
+    assert observations(tmp_path, '[[monitor]]\nfile = "m.csv"\n' + place, m=text).cracks == by_hand
+    for wrong, said in (
+        (text.replace("Date", "x"), "'x' is unknown; the columns may be width .m., change .m., date"),
+        (text.replace("01.01.2024", "1/1/2024"), "line 4, Date = '1/1/2024': must be a date such as 2026-11-28 or"),
+        (text.replace("01.01.2024", "32.1.2024"), "line 4, Date = '32.1.2024': is no date .day is out of range"),
+        (text.replace(" [mm]", ""), "monitor 1: change = 0.5: must be at most 0.3 m"),
+        (text.replace("2023", "2021"), "monitor 1: 2021-01-01 follows 2022-01-01"),
+    ):
+        with pytest.raises(InputError, match=said):
+            observations(tmp_path, '[[monitor]]\nfile = "m.csv"\n' + place, m=wrong)
+
+
+def test_millimetres_without_their_unit_are_refused(tmp_path: Path) -> None:
+    for table, said in (
+        ("[[crack]]\nwidth = 1.2\n", "width = 1.2: must be at most 0.3 m"),
+        ("[[crack]]\nwider_than = 0.5\n", "wider_than = 0.5: must be at most 0.3 m"),
+        ("[[level]]\nx = 0\ny = 0\nto_x = 1\nto_y = 0\ndifference = -5\n", "difference = -5.*: must be at least -1 m"),
+        ("[[window]]\nopening = 1\nwidth_change = -3\n", "width_change = -3.*: must be at least -0.3 m"),
+    ):
+        with pytest.raises(InputError, match=said):
+            observations(tmp_path, table)

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from damagepred.inputs.data_files import data_file
-from damagepred.uq.observations import Discrepancy
+from damagepred.uq.discrepancy import Discrepancy
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = ROOT / "studies" / "validation"

@@ -190,6 +190,7 @@ def test_a_study_varies_a_load_by_its_name(tmp_path: Path) -> None:
         ({"force": 1e3, "at": 1.0, "start": 0.2}, "contradict"),
         ({"force": 1e3, "start": 1.0, "end": 0.2}, "must be beyond start"),
         ({"force": 1e3, "side": "left", "y": 0.6}, "give at, the height on the side"),
+        ({"at": 1.0}, "load 1: has no size; give force, line_load, or pressure and breadth"),
         ({"at": 1.0, "width": 0.2}, "load 1: has no size; give force, line_load, or pressure and breadth"),
         ({"force": 1e3, "name": "at"}, "no key of the load, such as 'floor'"),
     ],

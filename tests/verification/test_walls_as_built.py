@@ -76,6 +76,81 @@ def test_stiffness_of_each_bond_is_that_of_its_periodic_cell(bond: str, b: float
     assert found[1] == pytest.approx(k_n * h, rel=1e-9)
 
 
+# bed joints of a cell: lower and upper brick (0 stretcher, 1 header), distance of their middles, both ends from the
+# lower one's middle; and head joints: left and right brick, distance. In bricks; the cell is two courses high.
+ROTATING = {
+    "header": (0.5, [(1, 1, s * 0.25, 0.0, s * 0.25) for s in (-1, 1)] * 2, [(1, 1, 0.5)] * 2),
+    "english": (
+        1.0,
+        [(0, 1, 0.0, -0.25, 0.25), (0, 1, 0.5, 0.25, 0.5), (0, 1, -0.5, -0.5, -0.25)] * 2,
+        [(0, 0, 1.0), (1, 1, 0.5), (1, 1, 0.5)],
+    ),
+    "flemish": (
+        1.5,
+        [(0, 1, 0.0, -0.25, 0.25), (1, 0, 0.0, -0.25, 0.25)] * 2
+        + [(0, 0, s * 0.75, s * 0.25, s * 0.5) for s in (-1, 1)] * 2,
+        [(0, 1, 0.75), (1, 0, 0.75)] * 2,
+    ),
+}
+
+
+def cell_in_shear(bond: str, b: float, h: float, k_n: float, k_s: float) -> float:
+    """Shear modulus of a cell whose stretchers rotate alike, and whose headers do; both as the energy is least."""
+    period, beds, heads = ROTATING[bond]
+    energy, unit = np.zeros((3, 3)), np.eye(3)  # of the shear angle and both rotations
+    shear = unit[0]
+    for lower, upper, apart, start, end in beds:
+        below, above = unit[1 + lower], unit[1 + upper]
+        slip = shear * h / 2 + (below + above) * h / 2
+        middle, length = 0.5 * (start + end) * b, abs(end - start) * b
+        lift = shear * apart * b / 2 + above * (middle - apart * b) - below * middle
+        energy += length * (k_s * np.outer(slip, slip) + k_n * np.outer(lift, lift))
+        energy += k_n * length**3 / 12 * np.outer(above - below, above - below)
+    for left, right, apart in heads:
+        one, other = unit[1 + left], unit[1 + right]
+        # the head joint lies half of each brick's length from its middle
+        arms = [0.5 * b * (1.0 if brick == 0 else 0.5) for brick in (left, right)]
+        slip = shear * apart * b / 2 - one * arms[0] - other * arms[1]
+        energy += h * k_s * np.outer(slip, slip) + k_n * h**3 / 12 * np.outer(other - one, other - one)
+    return least(energy) / (period * b * 2 * h)
+
+
+def least(energy: np.ndarray) -> float:
+    """Stiffness of the first motion where the energy is least in the others."""
+    return float(energy[0, 0] - energy[0, 1:] @ np.linalg.pinv(energy[1:, 1:]) @ energy[1:, 0])
+
+
+@pytest.mark.parametrize("bond", ROTATING)
+@pytest.mark.parametrize(("b", "h"), [(0.24, 0.086), (0.4, 0.2)])
+def test_shear_stiffness_of_each_bond_is_that_of_its_periodic_cell(bond: str, b: float, h: float) -> None:
+    """Each brick is a centre of symmetry, so that its middle moves with the strain; stretchers and headers rotate."""
+    (k_n, k_s), t, period = (82e9, 36e9), 0.23, ROTATING[bond][0]
+    built = scene(
+        {"length": 9 * b, "height": 6 * h, "thickness": t, "block_length": b, "block_height": h, "bond": bond},
+        joint={"normal_stiffness": k_n, "shear_stiffness": k_s},
+        solver={"blocks": "rigid", "lump_block_elasticity": False},
+    )
+    model = assembly.wall_model(built)
+    bricks = np.array(lay_bricks(built))
+    header = bricks[:, 2] - bricks[:, 0] < 0.75 * b
+    blocks, faces = model.blocks, model.interfaces
+    motion = np.zeros((3, int(max(faces.body_a.max(), faces.body_b.max())) + 1, 3))
+    motion[0, : len(blocks.x), :2] = 0.5 * np.column_stack((blocks.y, blocks.x))
+    motion[1, : len(blocks.x), 2], motion[2, : len(blocks.x), 2] = ~header, header
+    start, low = 3.05 * b, 1.55 * h
+    end, high = start + 2 * period * b, low + 2 * h
+    energy = np.zeros((3, 3))
+    for i in np.flatnonzero((faces.x > start) & (faces.x < end) & (faces.y > low) & (faces.y < high)):
+        jumps = [relative_displacement(model.interface_records, one.ravel(), i) for one in motion]
+        opening, slip, turn = np.array(jumps).T
+        for place, area in zip(faces.contact_offset[i], faces.contact_area[i]):
+            lift = opening + turn * place
+            energy += area * model.properties.normal_stiffness[i] * np.outer(lift, lift)
+            energy += area * model.properties.shear_stiffness[i] * np.outer(slip, slip)
+    found = least(energy) / ((end - start) * 2 * h * t)
+    assert found == pytest.approx(cell_in_shear(bond, b, h, k_n, k_s), rel=1e-9)
+
+
 def test_flemish_and_english_courses_have_their_headers_and_closers() -> None:
     """Stretchers and headers, after 110 mm headers at the ends a closer of 60 mm; headers lie mid on stretchers."""
     wall = {"length": 2.16, "height": 0.15, "thickness": 0.23}
