@@ -50,6 +50,7 @@ SHORT_NAMES = {
     "thickness": "wall.thickness",
     "openings": "opening",
     "y_s": "mound.surface_movement",
+    **{key: f"movement.{key}" for key in ("settlement", "central_deflection")},
 }
 """Short names of columns, and the keys of the scene that they set."""
 PLACES = ("longitude", "latitude", "easting", "northing")
@@ -91,8 +92,8 @@ def assess_portfolio(
     houses : path
         CSV file or xlsx workbook, one row per house. Column ``name``; columns ``longitude`` and ``latitude``, or
         ``easting`` and ``northing``; ``at`` or ``site_class``, the movement asked for. Every other column is a key of
-        the scene (``footing.depth``, ``opening.1.width``) or a short name (``length``, ``y_s``), with its unit in
-        brackets or in the cell. An empty cell keeps the study's value.
+        the scene (``footing.depth``, ``opening.1.width``) or a short name (``length``, ``y_s``, ``settlement``), with its
+        unit in brackets or in the cell. An empty cell keeps the study's value.
     study : path
         Study file with all that the houses have in common.
     out : path

@@ -131,7 +131,7 @@ class CrackObservation(Reading):
 
 @described
 class MonitorSeries:
-    """Readings of a crack monitor (``[[monitor]]``).
+    """Readings of a crack monitor (``[[monitor]]``); with ``file``, the rows of a table.
 
     Attributes
     ----------

@@ -82,13 +82,14 @@ def test_the_command_writes_a_table_and_a_picture_and_resumes(files: Path, comma
 def test_a_movement_beyond_the_walls_of_a_house_gives_bounds(files: Path, command: Run) -> None:
     """Half of the distribution lies beyond the walls of the second house; the street goes on."""
     uniform = 'distribution = ""uniform"", lower = ""1 mm"", upper = ""7 mm""'
-    (files / "far.csv").write_text(f'name,at\na,2 mm\nb,"{uniform}"\nc,90 mm\n')
+    (files / "far.csv").write_text(f'name,at,central_deflection (mm)\na,2 mm,\nb,"{uniform}",\nc,90 mm,\nd,,3\n')
     said = command("portfolio", files / "far.csv", files / "house.toml", "--table", files / "far_damage.csv")
     assert said.code == 0, said.err
     table = pd.read_csv(files / "far_damage.csv")
-    assert table["p_category_4"].isna().tolist() == [False, True, True]
-    assert (table["p_category_4_lower"].iloc[1:] <= 0.1).all()
-    assert (table["p_category_4_upper"].iloc[1:] == 1.0).all()
+    assert table["p_category_4"].isna().tolist() == [False, True, True, False]
+    assert (table["p_category_4_lower"].iloc[1:3] <= 0.1).all()
+    assert (table["p_category_4_upper"].iloc[1:3] == 1.0).all()
+    assert table["at"].iloc[3] == "3 mm"
     assert "unknown for 2, whose walls were not followed as far" in said.out
 
 
