@@ -92,8 +92,8 @@ def assess_portfolio(
     houses : path
         CSV file or xlsx workbook, one row per house. Column ``name``; columns ``longitude`` and ``latitude``, or
         ``easting`` and ``northing``; ``at`` or ``site_class``, the movement asked for. Every other column is a key of
-        the scene (``footing.depth``, ``opening.1.width``) or a short name (``length``, ``settlement``), with its unit in
-        brackets or in the cell. An empty cell keeps the study's value.
+        the scene (``footing.depth``, ``opening.1.width``) or a short name (``length``, ``settlement``), with its unit
+        in brackets or in the cell. An empty cell keeps the study's value.
     study : path
         Study file with all that the houses have in common.
     out : path

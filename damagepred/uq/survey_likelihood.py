@@ -87,11 +87,6 @@ class CrackPrediction:
     before: CrackPrediction | None = None
 
 
-def crack_fit(seen: CrackObservation, predicted: CrackPrediction, model: Any) -> Fit:
-    """Fit of an observed crack."""
-    return series_fit([seen], [predicted], model)
-
-
 def series_fit(series: Sequence[Reading], predicted: Sequence[CrackPrediction], model: Any) -> Fit:
     """Fit of the readings of one quantity; ``model``: discrepancy, or the terms of several (``stacked``)."""
     other = _fit(

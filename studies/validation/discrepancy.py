@@ -31,7 +31,7 @@ from damagepred.arrays import FloatArray  # noqa: E402
 from damagepred.inputs.data_files import data_file  # noqa: E402
 from damagepred.uq.discrepancy import Discrepancy  # noqa: E402
 from damagepred.uq.observations import CrackObservation  # noqa: E402
-from damagepred.uq.survey_likelihood import CrackPrediction, crack_fit  # noqa: E402
+from damagepred.uq.survey_likelihood import CrackPrediction, series_fit  # noqa: E402
 from studies.pages import put_in  # noqa: E402
 
 MARKS = "<!-- written by discrepancy.py -->", "<!-- end of discrepancy -->"
@@ -123,7 +123,7 @@ def fit(seen: list[Width], prior: Prior) -> Posterior:
             for i, width in enumerate(grid[0]):
                 for j, share in enumerate(grid[1]):
                     model = Discrepancy(width=width, width_share=share)
-                    total[i, j] += special.logsumexp(crack_fit(crack, walls, model).log_likelihood) / len(own)
+                    total[i, j] += special.logsumexp(series_fit([crack], [walls], model).log_likelihood) / len(own)
     weight = special.softmax(total)
     logs = np.array([part.ravel() for part in np.meshgrid(*map(np.log, grid), indexing="ij")])
     covariance = np.cov(logs, aweights=weight.ravel())

@@ -32,7 +32,7 @@ from damagepred.uq.observations import (
     SlopeObservation,
     WindowObservation,
 )
-from damagepred.uq.survey_likelihood import CrackPrediction, crack_fit, measured, vague_log_likelihood
+from damagepred.uq.survey_likelihood import CrackPrediction, measured, series_fit, vague_log_likelihood
 from tests.conftest import SMALL_STUDY
 
 FIXED = SMALL_STUDY.partition('[variables."movement')[0]
@@ -250,7 +250,10 @@ def test_intervals_hold_where_the_discrepancy_is_integrated(points: int, least: 
             value = width[true] + deviation * random.standard_normal()
             seen = {"width": value} if value > 3e-4 else {"none": True, "visible": 3e-4}
             cracks.append((CrackObservation(**seen), CrackPrediction(width, width)))
-        logs = [np.log(w) + sum(crack_fit(*crack, one).log_likelihood for crack in cracks) for w, one in nodes]
+        logs = [
+            np.log(w) + sum(series_fit(*([each] for each in crack), one).log_likelihood for crack in cracks)
+            for w, one in nodes
+        ]
         posterior = special.softmax(special.logsumexp(logs, axis=0))
         held.append(0.05 < posterior[:true].sum() + 0.5 * posterior[true] < 0.95)
     assert least < np.mean(held) < most
@@ -422,10 +425,10 @@ def test_a_crack_of_another_direction_is_a_mixture_with_its_own_misfit() -> None
     """Widths of 0.2 mm along the observed direction and 2 mm in any; 2 mm were seen, known to 0.3 mm."""
     seen = CrackObservation(x=0.5, y=0.2, width=2e-3, error=3e-4, direction="vertical")
     model = Discrepancy(width=4e-4, width_share=0.0, direction=0.1)
-    fit = crack_fit(seen, CrackPrediction(np.array([2e-3]), np.array([2e-4])), model)
+    fit = series_fit([seen], [CrackPrediction(np.array([2e-3]), np.array([2e-4]))], model)
     deviation = 5e-4  # of 0.3 and 0.4 mm
     densities = stats.norm(2e-3, deviation).pdf([2e-4, 2e-3])
     assert fit.log_likelihood[0] == pytest.approx(math.log(0.9 * densities[0] + 0.1 * densities[1]))
     assert fit.misfit[0] == pytest.approx(-2 * math.log(0.1))  # less than (1.8 / 0.5)**2
-    near = crack_fit(seen, CrackPrediction(np.array([2e-3]), np.array([1.5e-3])), model)
+    near = series_fit([seen], [CrackPrediction(np.array([2e-3]), np.array([1.5e-3]))], model)
     assert near.misfit[0] == pytest.approx(1.0)
