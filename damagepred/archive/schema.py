@@ -297,7 +297,8 @@ VARIABLES: dict[str, Variable] = {
 
 BY_WALL = (
     *CATEGORY_VARIABLES,
-    *("crack_width_max", "crack_width_worst", WORST_CATEGORY, "crack_band_width_max", "crack_count", "psi"),
+    *("crack_width_max", "crack_width_worst", WORST_CATEGORY, "crack_band_width_max", "crack_count"),
+    *("crack_length_total", "psi"),
     *("base_crack_width_max", "dpc_opening_max", "dpc_separation_length", "dpc_slip_max", "footing_opening_max"),
     *("footing_separation_length", "tilt_max", "slope_max", "base_slope_max", "central_deflection"),
     *("deflection_ratio", "base_reaction", "control_joint_opening_max", "control_joint_closing_max"),

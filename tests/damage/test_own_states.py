@@ -203,3 +203,31 @@ def test_functions_that_are_refused_before_a_wall_is_solved(
         Study.from_toml("own.toml")
     with pytest.raises(InputError, match=said):
         damagepred.solve(Scene(damage=Damage(state=({"name": "a"}, {"name": "b", "value": 1}), function=function)))
+
+
+def test_a_house_is_in_the_worst_state_of_its_walls() -> None:
+    """Its number and length of cracks are the largest of a wall."""
+    walls = [
+        {"name": name, "start": start, "end": end, "height": 0.45}
+        for name, start, end in (("a", [0, 0], [2.4, 0]), ("b", [2.4, 0], [2.4, 1.2]))
+    ]
+    states = [{"name": "gut"}, {"name": "gerissen", "count": 1, "psi": 0.01}, {"name": "schlecht", "length": "6 m"}]
+    ds = damagepred.solve(
+        Scene.from_dict(
+            {
+                "wall": walls,
+                "joint": {"tensile_strength": 1e4, "cohesion": 1e4},
+                "footing": {"depth": 0.1, "width": 0.2, "elastic_modulus": 2e9},
+                "mound": {"shape": "tree", "point": [-0.2, 0], "reach": 1.6, "surface_movement": "60 mm"},
+                "movement": {"kind": "settle", "increments": 4},
+                "damage": {"state": states},
+            }
+        )
+    )
+    cracked = ds["wall_crack_count"].values >= 1
+    long = ds["wall_crack_length_total"].values >= 6.0
+    by_wall = np.where(long, 2, np.where(cracked | (ds["wall_psi"].values >= 0.01), 1, 0))
+    np.testing.assert_array_equal(ds["wall_damage_category"].values, by_wall)
+    np.testing.assert_array_equal(ds["damage_category"].values, by_wall.max(axis=-1))
+    np.testing.assert_array_equal(ds["crack_length_total"].values, ds["wall_crack_length_total"].values.max(axis=-1))
+    assert set(np.unique(by_wall)) == {0, 1, 2}
