@@ -252,14 +252,13 @@ class StoredWalls:
         for table, series in seen.series:
             if is_local(series[0]) and not replayed:
                 continue
-            values = self._predicted(table, series, rows)
-            predicted = []
-            for reading in series:
-                now, before = (
-                    [self._followed(v, rows, visit.get(day)) for v in values] for day in (reading.date, reading.since)
-                )
-                earlier = None if reading.since is None else CrackPrediction(before[0], before[1])
-                predicted.append(CrackPrediction(now[0], now[1], earlier))
+            each, along = self._predicted(table, series, rows)
+            directed = any(getattr(reading, "direction", None) for reading in series)
+            at: dict[Any, CrackPrediction] = {}
+            for day in {day for reading in series for day in (reading.date, reading.since)}:
+                found = self._followed(each, rows, visit.get(day))
+                at[day] = CrackPrediction(found, self._followed(along, rows, visit.get(day)) if directed else found)
+            predicted = [at[r.date] if r.since is None else replace(at[r.date], before=at[r.since]) for r in series]
             totals = [total + series_fit(series, predicted, model) for total, model in zip(totals, models)]
         return totals
 

@@ -23,7 +23,7 @@ from damagepred.uq.observations import CrackObservation, MonitorSeries, Observat
 from damagepred.uq.survey_likelihood import OWN_SHARE
 
 README = Path(__file__).with_name("README.md")
-LARGEST, INCREMENTS, LAST = 10e-3, 20, dt.date(2026, 1, 1)
+LARGEST, INCREMENTS, STORED, LAST = 10e-3, 16, 48, dt.date(2026, 1, 1)
 VISITS = [dt.date(2020, 1, 1), dt.date(2021, 7, 1), dt.date(2023, 3, 1), dt.date(2024, 10, 1), LAST]
 MONTHS = [LAST - dt.timedelta(days=90 * k) for k in range(12, -1, -1)]
 CATEGORY = 2
@@ -42,8 +42,8 @@ class Formulas(StoredWalls):
     def __post_init__(self) -> None:
         """Draw the walls."""
         random = np.random.default_rng(1)
-        self.slope, self.start, self.lean = drawn_walls(80, random)
-        self.movement = np.linspace(0.0, LARGEST, INCREMENTS + 1) * np.ones((80, 1))
+        self.slope, self.start, self.lean = drawn_walls(STORED, random)
+        self.movement = np.linspace(0.0, LARGEST, INCREMENTS + 1) * np.ones((STORED, 1))
         width, tilt = responses(self.movement, self.slope[:, None], self.start[:, None], self.lean[:, None])
         state = ("sample", "increment")
         category = np.searchsorted([1e-3, 5e-3, 15e-3], width).astype(np.int8)
@@ -52,7 +52,7 @@ class Formulas(StoredWalls):
         )
         middle = 0.5 * (self.movement[:, 1:] + self.movement[:, :-1])
         self.edges = np.concatenate((self.movement[:, :1], middle, self.movement[:, -1:]), axis=1)
-        self.known, self.weight, self.units = np.ones(80, dtype=bool), np.full(80, 1 / 80), "m"
+        self.known, self.weight, self.units = np.ones(STORED, dtype=bool), np.full(STORED, 1 / STORED), "m"
 
 
 def drawn_walls(count: int, random: np.random.Generator) -> tuple[FloatArray, FloatArray, FloatArray]:
