@@ -174,7 +174,7 @@ DOING = {
     "compare": "reading the studies and comparing them",
     "infer": "reading the studies and the observations",
     "design": "pricing the search: solving one wall",
-    "portfolio": "reading the houses, and solving three walls to price the run",
+    "portfolio": "reading the houses, pricing the run with three walls, and drawing",
     "fragility": "fitting curves, their bands and their goodness",
     "export": "reading, fitting and writing",
     "sensitivity": "reading the walls and resampling them",

@@ -18,7 +18,7 @@ from damagepred.scene.number_table import Column, NumberTable, read_number_table
 from damagepred.scene.peer_record import is_peer_record, read_peer_record
 from damagepred.scene.quantity import to_si
 from damagepred.scene.settlement import LEAST_IN_MIDDLE, SETTLEMENTS, ZERO, signed_size
-from damagepred.scene.survey_tables import LEVELS, between_visits, heights, visits_of
+from damagepred.scene.survey_tables import LEVELS, heights, moved
 
 END_TOLERANCE = 1e-3
 """Tolerance between the ends of a profile and of the wall, over its length: positions are rounded."""
@@ -185,13 +185,7 @@ def _profile(path: Path, length: float, ends: Any, along: bool) -> tuple[dict[st
         if bool(table.unit(columns["displacement"], level)) != measured:
             raise InputError(f"{path}: level and displacement both have a unit in their names, or neither has.")
         values.append(table.numbers(columns["displacement"], level))
-    dates = visits_of(table, columns)
-    if len(visits := np.unique(dates)) > 2:
-        raise InputError(
-            f"{table.path}, column {table.names[columns['date']]}: has {len(visits)} visits ({', '.join(visits)}); a "
-            "movement lies between two: keep the rows of these."
-        )
-    rows, changes, _ = between_visits(table, dates, (visits[0], visits[-1]), x[:, None], np.column_stack(values))
+    rows, changes = moved(table, columns, x[:, None], np.column_stack(values))
     x, (value, *shift) = x[rows], changes.T
     length = length if length > 0 else x[-1]
     x = x * length if position == "1" else x

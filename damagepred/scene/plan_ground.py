@@ -18,6 +18,7 @@ from damagepred.scene.mound import Mound, mitchell, tree, walsh
 from damagepred.scene.movement import UP, Kind, Movement
 from damagepred.scene.number_table import read_number_table
 from damagepred.scene.quantity import Length, Pure
+from damagepred.scene.survey_tables import LEVELS, POSITION, heights, moved
 
 REACTIVE = ("walsh", "mitchell")
 """Mounds of reactive clay, which span the outline of the house."""
@@ -201,10 +202,14 @@ def with_levels(tables: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
     if not (isinstance(mound, Mapping) and isinstance(mound.get("levels"), str) and isinstance(movement, Mapping)):
         return tables
     path = folder / mound["levels"]
-    table = read_number_table(path, columns=3)
-    if not table.unit(2, "m"):
-        raise InputError(f"{path}: its third column has no unit; name it with its unit, such as 'level (mm)'.")
-    x, y, level = (table.numbers(column, "m") for column in range(3))
+    table = read_number_table(path)
+    expected = {key: column for key, column in LEVELS.items() if key != "error"}
+    columns = table.columns({**expected, "y": POSITION._replace(others=())})
+    place, rise = np.column_stack([table.numbers(columns[key], "m") for key in "xy"]), heights(table, columns)
+    if not table.unit(columns.get("level", columns.get("settlement", 0)), "m"):
+        raise InputError(f"{path}: its levels have no unit; name the column with its unit, such as 'level (mm)'.")
+    rows, change = moved(table, columns, place, rise[:, None])
+    (x, y), level = place[rows].T, change[:, 0]
     largest = float(level[np.abs(level).argmax()])
     if largest == 0.0:
         raise InputError(f"{path}: all levels are 0; nothing moves.")

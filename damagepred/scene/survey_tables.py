@@ -66,6 +66,19 @@ def between_visits(
     return last, values[last] - values[first], first
 
 
+def moved(
+    table: NumberTable, columns: Mapping[str, int], place: FloatArray, values: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """Rows of the last visit, and values (rows, n) since the first, or as read in a single visit."""
+    dates = visits_of(table, columns)
+    if len(visits := np.unique(dates)) > 2:
+        raise InputError(
+            f"{table.path}, column {table.names[columns['date']]}: has {len(visits)} visits ({', '.join(visits)}); a "
+            "movement lies between two: keep the rows of these."
+        )
+    return between_visits(table, dates, (visits[0], visits[-1]), place, values)[:2]
+
+
 def read_survey(kind: type, name: str, entry: Mapping[str, Any], folder: Path, dated: bool = False) -> list[Any]:
     """Observations of a class in a file, one per row or, of levels, per difference from the first row.
 

@@ -166,6 +166,34 @@ def test_levels_of_a_grid_are_read_with_sign_and_size(tmp_path):
         Scene.from_file_tables({"wall": text, "mound": {"shape": "levels", "levels": "levels.csv"}}, tmp_path, "f")
 
 
+def test_levels_of_a_grid_are_read_by_their_names(tmp_path):
+    """In any order, as settlements, and of two visits; a file of three columns in another order was read as x, y."""
+    grid = [(x, y) for x in (0, 4) for y in (-1, 2, 5)]
+    text = house(SQUARE, mound={"shape": "pipe", "point": [0, 0]}, movement={"kind": "settle"}).to_dict()["wall"]
+    head = "settlement (mm),point,y (m),x (m),date\n"
+    rows = "".join(f"{5 if day < '2023' else 5 + 2 * x + 3 * y},P,{y},{x},{day}\n" for day in VISITS for x, y in grid)
+
+    def surface(content):
+        (tmp_path / "levels.csv").write_text(content)
+        made = Scene.from_file_tables(
+            {"wall": text, "mound": {"shape": "levels", "levels": "levels.csv"}}, tmp_path, ""
+        )
+        return made.surface(np.array([[1.0, 3.0], [4.0, 0.5]]))
+
+    assert surface(head + rows) == pytest.approx([-0.011, -0.0095])
+    for content, said in (
+        ("x (m),y (m),height\n0,0,0\n", "'height' is unknown; the columns may be x"),
+        ("x (m),y (m),level\n0,0,0\n4,0,1\n", "its levels have no unit"),
+        ("x (m),y (m),date\n0,0,2022-01-01\n", "needs a column level, or a column settlement"),
+        (head + rows.replace("5,P,-1,0,2022-01-01\n", "", 1), "the visit of 2022-01-01 has no point at 0, -1 m"),
+    ):
+        with pytest.raises(InputError, match=said):
+            surface(content)
+
+
+VISITS = "2022-01-01", "2024-01-01"
+
+
 def test_the_ground_that_does_not_move_is_at_0() -> None:
     plan = {"front": (0.0, 0.0), "right": (6.0, 0.0), "back": (6.0, 4.0), "left": (0.0, 4.0)}
     ends = [*plan.values(), (0.0, 0.0)]
