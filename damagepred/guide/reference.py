@@ -6,6 +6,7 @@ python -m damagepred.guide.reference
 from __future__ import annotations
 
 import dataclasses
+import datetime as dt
 import inspect
 import re
 import textwrap
@@ -23,6 +24,7 @@ from damagepred.scene import Corner, PlanMound, PlanWall, Scene
 from damagepred.scene.quantity import Quantity
 from damagepred.solvers.options import option_classes
 from damagepred.uq.importance import Proposal
+from damagepred.uq.observations import Observations
 from damagepred.uq.stopping import StopWhen
 from damagepred.uq.variable import Component, JointField, Variable
 
@@ -136,8 +138,8 @@ results `prior_predictive`. ArviZ supports neither weights nor failed samples: s
 TABLE_HEAD = ("| key | unit | default | range | meaning |", "|---|---|---|---|---|")
 
 
-def _scene_tables(kind: Any = Scene, inside: str = "") -> Iterator[tuple[str, type]]:
-    """Heading and class of each table of a scene file, from the fields of the classes."""
+def _scene_tables(kind: Any, inside: str = "") -> Iterator[tuple[str, type]]:
+    """Heading and class of each table of a file, from the fields of the classes."""
     for name, field in kind.__pydantic_fields__.items():
         inner = list(_parts(field.annotation))
         for kind_inside in inner:
@@ -147,19 +149,25 @@ def _scene_tables(kind: Any = Scene, inside: str = "") -> Iterator[tuple[str, ty
                 yield from _scene_tables(kind_inside, f"{head}.")
 
 
+def _tables(kind: type) -> list[str]:
+    """Section of each class of the tables inside a class, under its first heading."""
+    heads: dict[type, str] = {}
+    for head, inner in _scene_tables(kind):
+        heads.setdefault(inner, head)  # [footing.joint] has the keys of [joint]
+    return [_table(head, inner) for inner, head in heads.items()]
+
+
 def keys_page() -> str:
     """Page of all keys of scenes and studies."""
     box = [f"> - {subject}: {', '.join(f'`{k}`' for k in keys.split())}" for subject, keys in FIRST_KEYS.items()]
     first = ["> **Keys you will set**", ">", *box, ""]
     title = "| `title` | text | `masonry wall` | | Description of the wall. |"
     parts = [KEYS_HEAD, *first, "## The scene\n", *TABLE_HEAD, title, ""]
-    heads: dict[type, str] = {}
-    for head, kind in _scene_tables():
-        heads.setdefault(kind, head)  # [footing.joint] has the keys of [joint]
-    parts += [_table(head, kind) for kind, head in heads.items()]
+    parts += _tables(Scene)
     parts += ["## A house\n", *(_table(head, kind, own=True) for head, kind in HOUSE_TABLES.items())]
     parts += ["## The study\n", "`[correlation]` has a table of partners for a variable, each with its correlation.\n"]
     parts += [_table(name, kind) for name, kind in STUDY_TABLES.items()]
+    parts += ["## A survey\n", "Observations of `damagepred infer`, in a file of their own.\n", *_tables(Observations)]
     parts += ["## The algorithms, for experts\n", "Every archive records all of these as `solver_options`.\n"]
     parts += [_table(name, kind) for name, kind in ADVANCED_TABLES.items()]
     return "\n".join(parts)
@@ -245,7 +253,7 @@ def _type(field: Any) -> str:
             return " or ".join(f"`{word}`" for word in get_args(nested))
         if isinstance(nested, type) and dataclasses.is_dataclass(nested):
             return "table"
-    names = {bool: "true or false", int: "whole number", float: "number", str: "text"}
+    names = {bool: "true or false", int: "whole number", float: "number", dt.date: "date", str: "text"}
     return next((word for kind, word in names.items() if kind in inside), "")
 
 
@@ -257,12 +265,12 @@ def _default(field: Any) -> str:
     value = field.get_default(call_default_factory=True)
     if value is PydanticUndefined:
         return "required"
-    if value is None or value == () or value == {}:
+    if value is None or value in ((), {}, ""):
         return "none"
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple):
-        return ", ".join(f"{item:g}" for item in value)
+        return ", ".join(f"`{item}`" if isinstance(item, str) else f"{item:g}" for item in value)
     return f"`{value}`" if isinstance(value, str) else f"{value:g}"
 
 

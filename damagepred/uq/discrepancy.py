@@ -40,8 +40,10 @@ class Discrepancy:
 
     Attributes
     ----------
-    width, width_share : float
-        Of a crack width: absolute (m), and as a share of it.
+    width : float
+        Of a crack width (m), added in squares to its share.
+    width_share : float
+        Of a crack width, as a share of it.
     level : float
         Standard deviation of a difference of levels (m).
     slope : float

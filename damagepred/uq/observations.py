@@ -42,7 +42,7 @@ WIDEST, HIGHEST = 0.3, 1.0
 
 @described
 class Reading:
-    """What observations have in common.
+    """Date of an observation.
 
     Attributes
     ----------
@@ -74,8 +74,10 @@ class CrackObservation(Reading):
         Place (m); without it the widest crack of the part is meant.
     within : float
         Distance from the place within which the crack runs (m).
-    width, error : float
-        Width and standard error of its measurement (m).
+    width : float, optional
+        Width (m).
+    error : float
+        Standard error of the measurement (m).
     change : float, optional
         Instead of a width: its change since a day (m), as a crack monitor reads it.
     wider_than, narrower_than : float, optional
@@ -137,8 +139,10 @@ class MonitorSeries:
     ----------
     name : str
         Name of the monitor.
-    x, y, within, direction, part, error
-        Keys of a crack.
+    x, y, within, direction, part : as of a crack
+        Place (m), direction and part of the crack.
+    error : float
+        Standard error of a reading (m).
     date : tuple of date
         Days of the readings, in order.
     width : tuple of float, optional
@@ -211,8 +215,10 @@ class SlopeObservation(Reading):
 
     Attributes
     ----------
-    value, error : float
-        Slope and its standard error.
+    value : float
+        Slope, such as ``"3 mm/m"``.
+    error : float
+        Its standard error.
     """
 
     value: Pure = Field(ge=0)
