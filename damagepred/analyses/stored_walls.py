@@ -25,13 +25,46 @@ from damagepred.errors import InputError
 from damagepred.one_wall.judged_path import joint_map
 from damagepred.results.wall_cracks import WallCracks
 from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.scene import Scene
 from damagepred.uq.history import Histories, years_from
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_words, shown_measure
 from damagepred.uq.movement_distribution import MovementDistribution
-from damagepred.uq.observations import CrackObservation, LevelObservation, Observations
+from damagepred.uq.observations import ROUNDING, CrackObservation, LevelObservation, Observations
 from damagepred.uq.survey_likelihood import CrackPrediction, Fit, series_fit
 
 PARTS = {"wall": (WALL,), "below_dpc": (BELOW_DPC,), "dpc": (DPC_OPENING, DPC_SLIP)}
+
+
+def require_on(seen: Observations, scene: Scene, source: str) -> None:
+    """Check that a wall has the places, parts and openings that the survey names."""
+    wall = scene.wall
+    size = f"the wall of {source}, {wall.length:g} m long and {wall.height:g} m high"
+    under = -scene.footing.depth if scene.footing_model != "none" else 0.0
+    places = [(where, "x", "y", *c.place, 0.0) for where, c in seen.cracks if c.place is not None]
+    for k, level in enumerate(seen.level, 1):
+        places.append((f"level {k}", "x", "y", level.x, level.y, under))
+        places.append((f"level {k}", "to_x", "to_y", level.to_x, level.to_y, under))
+    for where, x_key, y_key, x, y, lowest in places:
+        for key, value, low, high in ((x_key, x, 0.0, wall.length), (y_key, y, lowest, wall.height)):
+            if not low - ROUNDING <= value <= high + ROUNDING:
+                raise InputError(
+                    f"{where}: {key} = {value:g} m lies off {size}; {key} runs from {low:g} to {high:g} m, from "
+                    f"its {'left end' if key == x_key else 'underside'}."
+                )
+        for number, hole in enumerate(scene.opening, 1):
+            if hole.x + ROUNDING < x < hole.right - ROUNDING and hole.y + ROUNDING < y < hole.top - ROUNDING:
+                raise InputError(
+                    f"{where}: {x_key} = {x:g} m, {y_key} = {y:g} m lies in opening {number} of {size} "
+                    f"({hole.kind}, x {hole.x:g} to {hole.right:g} m, y {hole.y:g} to {hole.top:g} m); give a "
+                    "place on the masonry."
+                )
+    for where, crack in seen.cracks:
+        if crack.part != "wall" and scene.dpc is None:
+            raise InputError(f"{where}: part = '{crack.part}': {size}, has no dpc.")
+    for k, window in enumerate(seen.window, 1):
+        if window.opening > (count := len(scene.opening)):
+            has = f"openings 1 to {count}" if count else "no opening"
+            raise InputError(f"window {k}: opening = {window.opening}: {size}, has {has}.")
 
 
 class Replayed(NamedTuple):
@@ -197,7 +230,7 @@ class StoredWalls:
     def require(self, seen: Observations) -> None:
         """Check that the survey fits these walls: positions, parts, openings, and joints near the cracks."""
         settings = read_frozen(StudyFolder(self.path).study_text())
-        seen.require_on(settings.scene, self.path.name)
+        require_on(seen, settings.scene, self.path.name)
         local = [(where, crack, crack.place) for where, crack in seen.cracks if crack.place is not None]
         bricks_vary = any(key.startswith(("wall.", "opening", "control_joint")) for key in settings.variables)
         if bricks_vary or not (local or seen.level):

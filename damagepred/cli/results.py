@@ -109,7 +109,8 @@ def infer_command(
     quiet: opt.Quiet = False,
 ) -> None:
     """Infer movement and cause from observed cracks, levels and windows, and what further movement would bring."""
-    from damagepred.analyses.back_analysis import InferenceOptions, infer, prices
+    from damagepred.analyses.back_analysis import infer, prices
+    from damagepred.analyses.inference_options import InferenceOptions
     from damagepred.analyses.posterior_tables import reported
     from damagepred.errors import InputError
     from damagepred.report.back_analysis import posterior_cautions

@@ -89,9 +89,9 @@ def read_survey(kind: type, name: str, entry: Mapping[str, Any], folder: Path, d
         raise InputError(f"[[{name}]] file = {entry['file']!r}: must be the name of a file.")
     table = read_number_table(folder / entry["file"])
     if name == "monitor":
-        values = {"width": Column("m", OTHERS["width"]), "change": Column("m", ("movement", "reading"))}
-        columns = table.columns({**values, **TEXTS, "date": TEXTS["date"]._replace(required=True)})
-        read = {key: table.numbers(columns[key], "m").tolist() for key in values if key in columns}
+        readings = {"width": Column("m", OTHERS["width"]), "change": Column("m", ("movement", "reading"))}
+        columns = table.columns({**readings, **TEXTS, "date": TEXTS["date"]._replace(required=True)})
+        read = {key: table.numbers(columns[key], "m").tolist() for key in readings if key in columns}
         return [{**others, "date": table.dates(columns["date"]), **read}]
     fields = {
         f.name: Column(unit_of(kind, [f.name]) if takes_number(kind, [f.name]) else "", OTHERS.get(f.name, ()))

@@ -17,7 +17,6 @@ from scipy import special
 
 from damagepred.errors import InputError
 from damagepred.inputs.input_files import read_toml
-from damagepred.scene import Scene
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.scene.reading import build
@@ -447,37 +446,6 @@ class Observations:
                 f"level {which}: contradicts the other levels by {off:.3g} mm: "
                 "differences along a loop must add up to 0 within their errors. Correct it, or give larger errors."
             )
-
-    def require_on(self, scene: Scene, source: str) -> None:
-        """Check that a wall has the places, parts and openings that the survey names."""
-        wall = scene.wall
-        size = f"the wall of {source}, {wall.length:g} m long and {wall.height:g} m high"
-        under = -scene.footing.depth if scene.footing_model != "none" else 0.0
-        places = [(where, "x", "y", *c.place, 0.0) for where, c in self.cracks if c.place is not None]
-        for k, level in enumerate(self.level, 1):
-            places.append((f"level {k}", "x", "y", level.x, level.y, under))
-            places.append((f"level {k}", "to_x", "to_y", level.to_x, level.to_y, under))
-        for where, x_key, y_key, x, y, lowest in places:
-            for key, value, low, high in ((x_key, x, 0.0, wall.length), (y_key, y, lowest, wall.height)):
-                if not low - ROUNDING <= value <= high + ROUNDING:
-                    raise InputError(
-                        f"{where}: {key} = {value:g} m lies off {size}; {key} runs from {low:g} to {high:g} m, from "
-                        f"its {'left end' if key == x_key else 'underside'}."
-                    )
-            for number, hole in enumerate(scene.opening, 1):
-                if hole.x + ROUNDING < x < hole.right - ROUNDING and hole.y + ROUNDING < y < hole.top - ROUNDING:
-                    raise InputError(
-                        f"{where}: {x_key} = {x:g} m, {y_key} = {y:g} m lies in opening {number} of {size} "
-                        f"({hole.kind}, x {hole.x:g} to {hole.right:g} m, y {hole.y:g} to {hole.top:g} m); give a "
-                        "place on the masonry."
-                    )
-        for where, crack in self.cracks:
-            if crack.part != "wall" and scene.dpc is None:
-                raise InputError(f"{where}: part = '{crack.part}': {size}, has no dpc.")
-        for k, window in enumerate(self.window, 1):
-            if window.opening > (count := len(scene.opening)):
-                has = f"openings 1 to {count}" if count else "no opening"
-                raise InputError(f"window {k}: opening = {window.opening}: {size}, has {has}.")
 
     @property
     def count(self) -> int:

@@ -26,7 +26,7 @@ sys.path.insert(0, str(HERE))
 
 from synthetic import Case, Survey, archives, area, infer_cases, promised_area  # noqa: E402
 
-from damagepred.analyses.back_analysis import InferenceOptions  # noqa: E402
+from damagepred.analyses.inference_options import InferenceOptions  # noqa: E402
 from studies.pages import put_in  # noqa: E402
 
 KINDS = {kind: {"kind": kind} for kind in ("dishing", "doming")}

@@ -15,7 +15,9 @@ from scipy import stats
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "validation"))
 
 
-from damagepred.analyses.back_analysis import InferenceOptions, movement_cdf, posterior
+from damagepred.analyses.back_analysis import posterior
+from damagepred.analyses.inference_options import InferenceOptions
+from damagepred.analyses.posterior_dataset import movement_cdf
 from damagepred.analyses.stored_walls import StoredWalls
 from damagepred.arrays import FloatArray
 from damagepred.campaign.settings import StudySettings

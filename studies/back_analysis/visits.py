@@ -14,7 +14,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damagepred.analyses.back_analysis import DEFAULT, InferenceOptions, over_time, states_of
+from damagepred.analyses.inference_options import DEFAULT, InferenceOptions
+from damagepred.analyses.posterior_dataset import over_time
+from damagepred.analyses.posterior_states import states_of
 from damagepred.analyses.stored_walls import StoredWalls
 from damagepred.arrays import FloatArray
 from damagepred.uq.discrepancy import Discrepancy

@@ -14,9 +14,11 @@ import xarray as xr
 from scipy import special, stats
 
 from damagepred import InputError, infer
-from damagepred.analyses.back_analysis import InferenceOptions, chosen_samples, prices
+from damagepred.analyses.back_analysis import prices
+from damagepred.analyses.inference_options import InferenceOptions
+from damagepred.analyses.posterior_states import chosen_samples
 from damagepred.analyses.posterior_tables import measures, posterior_tables
-from damagepred.analyses.stored_walls import StoredWalls
+from damagepred.analyses.stored_walls import StoredWalls, require_on
 from damagepred.campaign.settings import StudySettings
 from damagepred.plotting import draw_back_analysis
 from damagepred.report.back_analysis import posterior_cautions
@@ -348,10 +350,10 @@ def test_surveys_that_fit_the_wall_and_themselves_are_taken(tmp_path: Path) -> N
     seen = build(Observations, {"crack": crack, "level": level, "window": window}, "survey")
     hole = {"x": 0.48, "y": 0.15, "width": 0.48, "height": 0.3}
     scene = {"wall": {"length": 1.44, "height": 0.45}, "opening": [hole], "movement": {"shape": "mound"}}
-    seen.require_on(Scene.from_dict(scene), "house.dp")
+    require_on(seen, Scene.from_dict(scene), "house.dp")
     inside = Observations(crack=(CrackObservation(x=0.5, y=0.2, width=1e-3),))
     with pytest.raises(InputError, match=r"crack 1: x = 0.5 m, y = 0.2 m lies in opening 1 .* x 0.48 to 0.96 m"):
-        inside.require_on(Scene.from_dict(scene), "house.dp")
+        require_on(inside, Scene.from_dict(scene), "house.dp")
 
 
 @pytest.mark.parametrize(

@@ -12,11 +12,13 @@ import pytest
 import xarray as xr
 
 from damagepred.analyses import back_analysis, mean_wall, stored_walls
-from damagepred.analyses.back_analysis import InferenceOptions, chosen_samples, movement_cdf
 from damagepred.analyses.design_search import Choice, Choices, Option, Target, _keys, _values_of_measures, damaged, loss
 from damagepred.analyses.epistemic import alternatives
+from damagepred.analyses.inference_options import InferenceOptions
 from damagepred.analyses.limit_state import Margin, Question, study_for_limit_state
 from damagepred.analyses.portfolio import _set, _value, map_columns, portfolio_frame, write_portfolio
+from damagepred.analyses.posterior_dataset import movement_cdf
+from damagepred.analyses.posterior_states import chosen_samples
 from damagepred.analyses.posterior_tables import odds_in_words, posterior_tables, reported
 from damagepred.analyses.rare_event_samples import _digest, _logged, _read_log
 from damagepred.analyses.stored_walls import Replayed, StoredWalls

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from scipy import special, stats
 
+from damagepred.analyses.stored_walls import require_on
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Movement, Opening, Scene, Wall
 from damagepred.uq.capacity import (
@@ -480,9 +481,9 @@ def test_places_off_the_wall_and_in_openings_are_refused_at_their_edges() -> Non
         movement=Movement(shape="parabola"),
     )
     for x, y in itertools.product((0.0, 4.8), (0.0, 1.5)):
-        Observations(crack=(CrackObservation(x=x, y=y, none=True),)).require_on(scene, "a")
+        require_on(Observations(crack=(CrackObservation(x=x, y=y, none=True),)), scene, "a")
     for x, y in ((0.96, 0.5), (1.92, 0.5), (1.2, 0.3), (1.2, 0.9), (3.0, 1.2)):
-        Observations(crack=(CrackObservation(x=x, y=y, none=True),)).require_on(scene, "a")
+        require_on(Observations(crack=(CrackObservation(x=x, y=y, none=True),)), scene, "a")
     for x, y, words in (
         (1.2, 0.5, r"lies in opening 1 of the wall of a, 4.8 m long and 1.5 m high \(window, x 0.96 to 1.92 m, y 0.3"),
         (3.0, 0.1, r"lies in opening 2 of .* \(door, x 2.88 to 3.84 m, y 0 to 1.2 m\)"),
@@ -490,14 +491,14 @@ def test_places_off_the_wall_and_in_openings_are_refused_at_their_edges() -> Non
         (1.0, 1.51, "y = 1.51 m lies off .*; y runs from 0 to 1.5 m, from its underside"),
     ):
         with pytest.raises(InputError, match=f"crack 1: .*{words}"):
-            Observations(crack=(CrackObservation(x=x, y=y, none=True),)).require_on(scene, "a")
+            require_on(Observations(crack=(CrackObservation(x=x, y=y, none=True),)), scene, "a")
     level = LevelObservation(x=0.5, y=0.0, to_x=4.0, to_y=-0.1, difference=1e-3)
     with pytest.raises(InputError, match=r"level 1: to_y = -0\.1 m lies off"):
-        Observations(level=(level,)).require_on(scene, "a")
+        require_on(Observations(level=(level,)), scene, "a")
     window = WindowObservation(opening=3, sticks=False)
     with pytest.raises(InputError, match=r"window 1: opening = 3: the wall of a, .* has openings 1 to 2"):
-        Observations(window=(window,)).require_on(scene, "a")
+        require_on(Observations(window=(window,)), scene, "a")
     below = Observations(crack=(CrackObservation(part="below_dpc", none=True),))
-    below.require_on(scene, "a")
+    require_on(below, scene, "a")
     with pytest.raises(InputError, match=r"crack 1: part = 'below_dpc': .* has no dpc\."):
-        below.require_on(Scene(wall=scene.wall), "a")
+        require_on(below, Scene(wall=scene.wall), "a")

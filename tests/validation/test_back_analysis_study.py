@@ -9,7 +9,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from damagepred.analyses.back_analysis import InferenceOptions
+from damagepred.analyses.inference_options import InferenceOptions
 from tests.validation.test_validation_cases import module
 
 STUDY = Path(__file__).resolve().parents[2] / "studies" / "back_analysis"
