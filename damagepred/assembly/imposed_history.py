@@ -11,7 +11,7 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.assembly.joint_creep import JointCreep
 from damagepred.assembly.model import Ground, GroundMovement
-from damagepred.scene.movement import History
+from damagepred.scene.movement_stage import History
 
 
 @dataclass

@@ -16,7 +16,7 @@ from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.section import Sections
 from damagepred.kernels.interface.kinematics import EDGE
 from damagepred.kernels.joint.parameters import joint_parameters
-from damagepred.scene.movement import History
+from damagepred.scene.movement_stage import History
 
 
 class Blocks(NamedTuple):

@@ -22,7 +22,7 @@ from damagepred.enumerations import ContactKind, ZoneState
 from damagepred.one_wall.judged_path import Step, gauges
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Damage, Solver
-from damagepred.scene.movement import History
+from damagepred.scene.movement_stage import History
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, support_loads
 

@@ -7,7 +7,8 @@ from damagepred.scene.loading import Load, Loading, Support
 from damagepred.scene.material_library import Material, masonry_library
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, HeadJointFactors, Joint, Loads
 from damagepred.scene.mound import Mound
-from damagepred.scene.movement import Movement, Stage
+from damagepred.scene.movement import Movement
+from damagepred.scene.movement_stage import Stage
 from damagepred.scene.plan import Corner, PlanWall
 from damagepred.scene.plan_ground import PlanMound
 from damagepred.scene.rig import Rig

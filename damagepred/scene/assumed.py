@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import reduce
 
 from damagepred.enumerations import LOCAL
-from damagepred.scene.movement import UP, Kind
+from damagepred.scene.movement_stage import UP, Kind
 from damagepred.scene.scene import Scene
 from damagepred.scene.site import suction_depth
 from damagepred.scene.soil_log import Suction

@@ -16,7 +16,8 @@ from damagepred.errors import InputError
 from damagepred.scene.described import described
 from damagepred.scene.materials import Loads
 from damagepred.scene.mound import Mound
-from damagepred.scene.movement import Kind, Movement
+from damagepred.scene.movement import Movement
+from damagepred.scene.movement_stage import Kind
 from damagepred.scene.plan import Corner, Junction, PlanWall, junctions
 from damagepred.scene.plan_ground import REACTIVE, Outline, PlanMound, check_grid, drift, rise
 from damagepred.scene.scene import Scene

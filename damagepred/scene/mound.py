@@ -13,7 +13,8 @@ from damagepred.arrays import FloatArray
 from damagepred.enumerations import LOCAL
 from damagepred.scene.described import described
 from damagepred.scene.footing_profile import bell, gaussian, through_points
-from damagepred.scene.movement import UP, Kind, Movement
+from damagepred.scene.movement import Movement
+from damagepred.scene.movement_stage import UP, Kind
 from damagepred.scene.quantity import Length, Pure
 
 

@@ -5,120 +5,33 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 from pydantic_core import ArgsKwargs
 
-from damagepred.arrays import FloatArray, IntArray
-from damagepred.enumerations import SYNONYMS
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, require_count
 from damagepred.scene.described import described
 from damagepred.scene.footing_profile import arc, three_loads, through_points
-from damagepred.scene.quantity import Count, Length, Pure, Years, to_si
+from damagepred.scene.movement_stage import UP, History, Kind, Stage, largest_size, sizes
+from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.scene.seasons import Seasons
 from damagepred.scene.settlement import (
     LEAST_IN_MIDDLE,
     POINTS,
-    READ_WITH,
     SETTLEMENTS,
     ZERO,
     axis,
     by_volume_loss,
     profile_measures,
+    require_settlement,
     settlement_form,
     signed_size,
     trough,
 )
-
-Kind = Annotated[Literal["dishing", "doming", "settle", "heave"], BeforeValidator(lambda w: SYNONYMS.get(str(w), w))]
-UP = ("doming", "heave")
-
-
-def _sizes(stages: Any, key: str) -> list[Any]:
-    """Given sizes of stages, tables or objects."""
-    listed = stages if isinstance(stages, list | tuple) else ()
-    sizes = [s.get(key) if isinstance(s, Mapping) else getattr(s, key, None) for s in listed]
-    return [size for size in sizes if size is not None]
-
-
-def _largest_size(stages: Any, key: str) -> float | None:
-    """Largest size (m) of stages, 0 if none is given; None without stages, and if a size is no length."""
-    try:
-        return max((to_si(size, "m") for size in _sizes(stages, key)), default=0.0 if stages else None)
-    except ValueError:
-        return None
-
-
-def with_largest_stage(tables: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Tables of a scene whose mound moves by the largest of the stages where it says nothing else."""
-    movement, mound = tables.get("movement"), tables.get("mound", {})
-    stages = movement.get("stage") if isinstance(movement, Mapping) else getattr(movement, "stage", None)
-    full = _largest_size(stages, "surface_movement")
-    if not full or not isinstance(mound, Mapping) or "surface_movement" in mound:
-        return tables
-    return {**tables, "mound": {**mound, "surface_movement": full}}
-
-
-@described
-class Stage:
-    """Stage of a movement history (``[[movement.stage]]``): from the end of the last one, in equal increments.
-
-    Attributes
-    ----------
-    kind : {"dishing", "doming", "settle", "heave"}
-        Side of the centre, relative to the line through the ends, at the end of the stage. Where ``movement.kind`` is
-        settle or heave: whether the ground is then below or above its level.
-    central_deflection : float or None
-        Deflection of the centre at the end of the stage (m), not negative; 0 is level ground. Not for mounds. A stage
-        with only a time or a strain stays where the last one ended.
-    surface_movement : float or None
-        For mounds instead: the surface movement at the end of the stage (m).
-    settlement : float or None
-        For a movement with a ``settlement`` instead: its size at the end of the stage (m).
-    load_factor : float or None
-        For laboratory tests instead: controlled quantity of ``[loading]`` at the end of the stage, over its value there
-        (1). Below 0 loads and displacement are reversed.
-    increments : int
-        Number of equal increments.
-    time : float or None
-        End of the stage (years). All stages have a time, or no stage.
-    strain : float or None
-        Strain of the bricks at the end of the stage, without ``[strain]`` (1). None: as at its start.
-
-    Examples
-    --------
-    >>> from damagepred import scene
-    >>> dry_summer = scene.Stage(kind="doming", central_deflection="8 mm", increments=4)
-    >>> scene.Movement(stage=(dry_summer,)).stage[0].central_deflection
-    0.008
-    """
-
-    kind: Kind = "dishing"
-    central_deflection: Length | None = Field(default=None, ge=0)
-    surface_movement: Length | None = Field(default=None, ge=0)
-    settlement: Length | None = Field(default=None, ge=0)
-    load_factor: Pure | None = Field(default=None, ge=-1, le=1)
-    increments: Count = Field(default=10, ge=1)
-    time: Years | None = Field(default=None, gt=0)
-    strain: Pure | None = Field(default=None, ge=-0.01, le=0.01)
-
-    @property
-    def size(self) -> float:
-        """Deflection, surface movement, settlement (m) or load factor (1) at the end of the stage."""
-        return self.surface_movement or self.central_deflection or self.settlement or self.load_factor or 0.0
-
-
-class History(NamedTuple):
-    """Increments of a movement history, from the dead load on."""
-
-    load_factors: FloatArray  # (increments + 1,): from 0; below 0 where the ground moves the other way
-    stage: IntArray  # (increments + 1,): number of the stage, from 1; 0 for the dead load
-    time: FloatArray | None  # (increments + 1,): years since the dead load
-    # (increments + 1,): strain of the bricks (1) by the stages, in a model also by ``[strain]``
-    strain: FloatArray | None = None
 
 
 @described
@@ -237,9 +150,9 @@ class Movement:
             return given
         stages = values.get("stage")
         settles = values.get("shape") in SETTLEMENTS or values.get("settlement") is not None
-        settles = settles or bool(_sizes(stages, "settlement"))
+        settles = settles or bool(sizes(stages, "settlement"))
         key = "settlement" if settles else "central_deflection"
-        full = _largest_size(stages, key)
+        full = largest_size(stages, key)
         if settles:
             values = {"kind": "settle", "central_deflection": 0.0, **values}
         if full is not None and values.get(key) is None and values.get("shape") not in ("mound", "loads"):
@@ -249,45 +162,7 @@ class Movement:
     @model_validator(mode="after")
     def _settlement_fits(self) -> Movement:
         """Refuse keys that the shape does not read, and settlements without a size."""
-        for key, shapes in READ_WITH.items():
-            if getattr(self, key) not in (None, ()) and self.shape not in shapes:
-                raise ValueError(
-                    f"{key}: only read with shape = {' or '.join(map(repr, shapes))}; here shape = '{self.shape}'"
-                )
-        if self.settlement is not None and self.shape not in (*SETTLEMENTS, "table"):
-            raise ValueError(
-                f"settlement: goes with shape = {', '.join(map(repr, SETTLEMENTS))} or 'table'; shape = '{self.shape}' "
-                f"takes {'surface_movement in [mound]' if self.shape == 'mound' else 'central_deflection'}"
-            )
-        if not self.settles:
-            if self.settlement_is is not None:
-                raise ValueError("settlement_is: is missing its settlement, such as settlement = '25 mm'")
-            return self
-        if not self.local:
-            raise ValueError(
-                f"kind = '{self.kind}': with settlement the ground goes down ('settle') or up ('heave'); take one of "
-                "these, or leave kind out"
-            )
-        if self.central_deflection:
-            raise ValueError(
-                f"central_deflection = {self.central_deflection:g} m: the size is settlement; leave out one of both"
-            )
-        if self.shape == "settle" and self.end and self.position is not None:
-            raise ValueError("end: is not read with position; leave out one of both")
-        if self.shape == "trough" and not (self.trough_width or self.tunnel_depth):
-            raise ValueError(
-                "trough_width: is missing; shape = 'trough' needs the distance i of the inflection point from the axis "
-                "(m), or tunnel_depth"
-            )
-        lost = (self.volume_loss, self.tunnel_diameter)
-        if any(lost) and not all(lost):
-            raise ValueError("volume_loss: goes with tunnel_diameter; give both, or settlement")
-        if all(lost) and (self.stage or self.seasons or self.settlement is not None):
-            raise ValueError("volume_loss: determines the settlement; leave out settlement, stages and seasons, or it")
-        if self.settlement is None and not any(lost) and self.seasons is None:
-            raise ValueError(f"settlement: is missing; shape = '{self.shape}' needs its size, such as '25 mm'")
-        if self.shape == "tilt" and self.settlement_is == "relative":
-            raise ValueError("settlement_is = 'relative': a tilt is a straight line; take 'largest'")
+        require_settlement(self)
         return self
 
     @model_validator(mode="after")

@@ -15,7 +15,8 @@ from damagepred.errors import InputError
 from damagepred.scene.described import described
 from damagepred.scene.footing_profile import bell, gaussian
 from damagepred.scene.mound import Mound, mitchell, tree, walsh
-from damagepred.scene.movement import UP, Kind, Movement
+from damagepred.scene.movement import Movement
+from damagepred.scene.movement_stage import UP, Kind
 from damagepred.scene.number_table import read_number_table
 from damagepred.scene.quantity import Length, Pure
 from damagepred.scene.survey_tables import LEVELS, POSITION, heights, moved

@@ -27,7 +27,8 @@ from damagepred.scene.loading import Load, Loading, Support, check_loads, check_
 from damagepred.scene.material_library import with_material
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
 from damagepred.scene.mound import Mound
-from damagepred.scene.movement import Movement, with_largest_stage
+from damagepred.scene.movement import Movement
+from damagepred.scene.movement_stage import with_largest_stage
 from damagepred.scene.plausibility import require_possible
 from damagepred.scene.quantity import to_si, unit_in
 from damagepred.scene.rig import Rig

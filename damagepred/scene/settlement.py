@@ -34,6 +34,49 @@ POINTS = 2001
 """Points along the wall at which a profile is measured."""
 
 
+def require_settlement(movement: Movement) -> None:
+    """Refuse keys that the shape does not read, and settlements without a size."""
+    for key, shapes in READ_WITH.items():
+        if getattr(movement, key) not in (None, ()) and movement.shape not in shapes:
+            raise ValueError(
+                f"{key}: only read with shape = {' or '.join(map(repr, shapes))}; here shape = '{movement.shape}'"
+            )
+    if movement.settlement is not None and movement.shape not in (*SETTLEMENTS, "table"):
+        raise ValueError(
+            f"settlement: goes with shape = {', '.join(map(repr, SETTLEMENTS))} or 'table'; shape = '{movement.shape}' "
+            f"takes {'surface_movement in [mound]' if movement.shape == 'mound' else 'central_deflection'}"
+        )
+    if not movement.settles:
+        if movement.settlement_is is not None:
+            raise ValueError("settlement_is: is missing its settlement, such as settlement = '25 mm'")
+        return
+    if not movement.local:
+        raise ValueError(
+            f"kind = '{movement.kind}': with settlement the ground goes down ('settle') or up ('heave'); take one of "
+            "these, or leave kind out"
+        )
+    if movement.central_deflection:
+        raise ValueError(
+            f"central_deflection = {movement.central_deflection:g} m: the size is settlement; leave out one of both"
+        )
+    if movement.shape == "settle" and movement.end and movement.position is not None:
+        raise ValueError("end: is not read with position; leave out one of both")
+    if movement.shape == "trough" and not (movement.trough_width or movement.tunnel_depth):
+        raise ValueError(
+            "trough_width: is missing; shape = 'trough' needs the distance i of the inflection point from the axis "
+            "(m), or tunnel_depth"
+        )
+    lost = (movement.volume_loss, movement.tunnel_diameter)
+    if any(lost) and not all(lost):
+        raise ValueError("volume_loss: goes with tunnel_diameter; give both, or settlement")
+    if all(lost) and (movement.stage or movement.seasons or movement.settlement is not None):
+        raise ValueError("volume_loss: determines the settlement; leave out settlement, stages and seasons, or it")
+    if movement.settlement is None and not any(lost) and movement.seasons is None:
+        raise ValueError(f"settlement: is missing; shape = '{movement.shape}' needs its size, such as '25 mm'")
+    if movement.shape == "tilt" and movement.settlement_is == "relative":
+        raise ValueError("settlement_is = 'relative': a tilt is a straight line; take 'largest'")
+
+
 def signed_size(value: FloatArray, position: FloatArray, measure: str | None) -> float:
     """Size of a profile by ``settlement_is``, with the sign of its largest value or deviation."""
     if measure == "relative":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from damagepred.scene.described import described
-from damagepred.scene.movement import Kind
+from damagepred.scene.movement_stage import Kind
 from damagepred.scene.quantity import Pure, Stiffness
 
 

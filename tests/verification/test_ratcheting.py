@@ -10,7 +10,7 @@ import pytest
 
 from damagepred import Assembly
 from damagepred.scene import BlockMaterial, Joint, Solver
-from damagepred.scene.movement import History
+from damagepred.scene.movement_stage import History
 from damagepred.solvers import solve_path
 from tests.verification.blocks import DRY, G
 
