@@ -270,8 +270,10 @@ def read_record(path: Path, quantity: str, scale: Any = 1.0) -> tuple[FloatArray
             time, values, factor, written = read_peer_record(path, unit)
         else:
             table = read_number_table(path, columns=2, header=False)
-            time, values, factor = table.numbers(0, "s"), table.numbers(1, unit), table.factor(1, unit)
-            written = table.headers[1]
+            keys = table.keys({"time": Column("s", ("t",)), quantity: Column(unit, (quantity[0], quantity[:3]))})
+            k = 0 if quantity == keys[0] or keys[1] == "time" else 1  # by names in any order, otherwise the second
+            time, values, factor = table.numbers(1 - k, "s"), table.numbers(k, unit), table.factor(k, unit)
+            written = table.headers[k]
     except InputError as error:
         raise InputError(f"{error} The record is read as quantity = '{quantity}'.") from None
     if factor != 1.0 and isinstance(scale, int | float) and abs(scale / factor - 1.0) < SIZE_TOLERANCE:

@@ -7,6 +7,7 @@ import pytest
 
 from damagepred.errors import InputError
 from damagepred.scene import BaseMotion
+from damagepred.scene.input_tables import read_record
 
 HEAD = """PEER NGA STRONG MOTION DATABASE RECORD
 Somewhere, 1/17/1994, Hill, 90
@@ -62,3 +63,16 @@ def test_columns_may_touch_and_other_quantities_have_their_unit(tmp_path: Path) 
 def test_what_is_no_record(tmp_path: Path, text: str, keys: dict, said: str) -> None:
     with pytest.raises(InputError, match=said):
         BaseMotion(file=str(record(tmp_path, text)), **keys).record()
+
+
+@pytest.mark.parametrize(
+    ("head", "order"),
+    [("t (s),a (m/s2)", 1), ("a,t", -1), ("Acc. (g),Time (s)", -1), ("time,ground", 1), ("ground,time", -1)],
+)
+def test_columns_of_a_table_are_found_by_their_names(tmp_path: Path, head: str, order: int) -> None:
+    rows = [(0.0, 0.5), (0.1, 0.7), (0.2, -0.25)]
+    lines = [head, *(",".join(map(str, row[::order])) for row in rows)]
+    (tmp_path / "record.csv").write_text("\n".join(lines))
+    time, values = read_record(tmp_path / "record.csv", "acceleration")
+    np.testing.assert_allclose(time, [0.0, 0.1, 0.2])
+    np.testing.assert_allclose(values, np.array([0.5, 0.7, -0.25]) * (9.80665 if "g)" in head else 1.0))
