@@ -72,7 +72,7 @@ def category_number(ds: xr.Dataset, category: int | str) -> int:
         numbers = dict(zip(map(str, ds["category_name"].values), map(int, ds["category"].values)))
     else:
         flags = next((ds[name].attrs for name in ("damage_category", "category") if name in ds.variables), {})
-        numbers = {word: i for i, word in enumerate(str(flags.get("flag_meanings", "")).split()) if i}
+        numbers = {word: i for i, word in enumerate(str(flags.get("flag_meanings", "")).split())}
     return numbered_category(category, numbers)
 
 
@@ -80,7 +80,7 @@ def numbered_category(name: str, numbers: Mapping[str, int]) -> int:
     """Number of a category by its name; neither case nor underscores count."""
     plain = {flat_name(word): number for word, number in numbers.items()}
     if flat_name(name) not in plain:
-        words = [word.replace("_", " ") for word in numbers]
+        words = [word.replace("_", " ") for word, number in numbers.items() if number]
         raise InputError(
             f"category = {name!r}: must be a number from 1, or one of {', '.join(words)}."
             + nearest(flat_name(name), words)

@@ -275,7 +275,7 @@ def test_fragility_exports_beside_the_study_or_the_output(command: Run, tmp_path
     assert (result.code, "Did you mean 'fewest_reached'?" in result.err) == (2, True)
     result = command("fragility", folder, "--categories", "one")
     assert result.code == 2
-    assert "--categories 'one': must be a number from 1, or one of very slight, slight" in result.err
+    assert "category = 'one': must be a number from 1, or one of very slight, slight" in result.err
     by_name = command("fragility", folder, "--categories", "very slight,slight", "--bootstrap", 0, "--goodness", 0)
     by_number = command("fragility", folder, "--categories", "1,2", "--bootstrap", 0, "--goodness", 0)
     assert by_name.out == by_number.out

@@ -56,7 +56,7 @@ def test_categories_by_name_and_their_highest_number() -> None:
     assert [category_number(study, name) for name in ("sound", "very slight", "very_slight", 2)] == [0, 1, 1, 2]
     assert [category_number(curves, name) for name in ("thin", "very_wide")] == [1, 3]
     assert category_number(xr.Dataset(coords={"category": ("category", [0, 1], flags)}), "very slight") == 1
-    with pytest.raises(InputError, match=r"category = 'slihgt': must be one of sound, very slight, slight\. Did you"):
+    with pytest.raises(InputError, match=r"'slihgt': must be a number from 1, or one of very slight, slight\. Did you"):
         category_number(study, "slihgt")
     assert [highest_category(ds) for ds in (study, study.assign_attrs(highest_category=7), curves)] == [2, 7, 4]
     require_categories(study, [1, 2])
