@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred.analyses import back_analysis, mean_wall, stored_walls
+from damagepred.analyses import mean_wall, posterior_dataset, stored_walls
 from damagepred.analyses.design_search import Choice, Choices, Option, Target, _keys, _values_of_measures, damaged, loss
 from damagepred.analyses.epistemic import alternatives
 from damagepred.analyses.inference_options import InferenceOptions
@@ -55,7 +55,7 @@ def test_the_posterior_of_the_movement_is_uniform_between_edges() -> None:
 def test_damage_after_further_movement_and_its_bounds() -> None:
     walls, weight = three_walls(), np.zeros((3, 4))
     weight[0, 1], weight[1, 1], weight[2, 2] = 0.5, 0.3, 0.2
-    found = back_analysis._future(walls, weight, InferenceOptions(further=(0.0, 0.25)), 3)
+    found = posterior_dataset._future(walls, weight, InferenceOptions(further=(0.0, 0.25)), 3)
     # now: at 1 mm in categories 0, 2 and 0; after 1 mm: 1 at 2 mm, 2 at the end of its path, 3 at 2 mm
     assert found["future_known"].values.tolist() == pytest.approx([1.0, 1.0])
     for end in ("", "_lower", "_upper"):
@@ -63,12 +63,14 @@ def test_damage_after_further_movement_and_its_bounds() -> None:
             pytest.approx([0.3, 0.3, 0.0]),
             pytest.approx([1.0, 0.5, 0.2]),
         ]
-    far = back_analysis._future(walls, weight, InferenceOptions(further=(0.5,)), 3)  # 3 mm: the first alone gets there
+    far = posterior_dataset._future(
+        walls, weight, InferenceOptions(further=(0.5,)), 3
+    )  # 3 mm: the first alone gets there
     assert float(far["future_known"][0]) == pytest.approx(0.5)
     assert far["future_probability"].values[0].tolist() == pytest.approx([1.0, 0.0, 0.0])
     assert far["future_probability_lower"].values[0].tolist() == pytest.approx([1.0, 0.5, 0.2])
     assert far["future_probability_upper"].values[0].tolist() == pytest.approx([1.0, 0.5, 0.5])
-    nothing = back_analysis._future(walls, np.zeros((3, 4)), InferenceOptions(further=(0.0,)), 3)
+    nothing = posterior_dataset._future(walls, np.zeros((3, 4)), InferenceOptions(further=(0.0,)), 3)
     assert np.isnan(nothing["future_probability"]).all()
     assert nothing["future_known"].values.tolist() == [0.0]
 
