@@ -20,7 +20,7 @@ category = 1
 probability = 0.6
 at = "3 mm"
 first = 4
-most = 16
+most = 8
 
 [[choice]]
 name = "mortar"
