@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.files import check_output, read_dataset, write_dataset, write_whole
-from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES, dataset
+from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, dataset
 from damagepred.errors import InputError, StudyError
 
 STEPS, BLOCKS, CONTACTS, OPENINGS, VERTICES = 4, 700, 2100, 2, 2800
@@ -84,6 +84,17 @@ def test_round_trip(tmp_path: Path):
     same(ds, back)
     write_dataset(back, tmp_path / "again.nc")
     same(ds, read_dataset(tmp_path / "again.nc"))
+
+
+def test_anyone_s_xarray_can_open_it(tmp_path: Path):
+    ds = wall()
+    write_dataset(ds, tmp_path / "wall.nc")
+    with xr.open_dataset(tmp_path / "wall.nc") as opened:
+        np.testing.assert_array_equal(opened["contact_opening"].values, ds["contact_opening"].values)
+        state = opened["contact_state"]
+        assert state.dtype == np.int8
+        assert (state.values == FLAG_FILL).any()
+        np.testing.assert_array_equal(state.values, ds["contact_state"].values)
 
 
 # -- what is not ours ------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import xarray as xr
 
 import damagepred
 from damagepred.archive.files import read_dataset, write_dataset
+from damagepred.archive.schema import MESH
 from damagepred.assembly import wall_model
 from damagepred.enumerations import ZoneState
 from damagepred.one_wall.dataset import path_values
@@ -84,6 +85,41 @@ def test_round_trip(solved: xr.Dataset, tmp_path: Path) -> None:
     with xr.open_dataset(tmp_path / "wall.nc", mask_and_scale=False) as raw:
         assert raw["zone_stress_xx"].dtype == np.float32
         assert raw["gridpoint_displacement_x"].dtype == np.float64
+
+
+def test_the_file_is_a_ugrid_mesh(solved: xr.Dataset, tmp_path: Path) -> None:
+    """Section "2D triangular mesh topology" of the UGRID 1.0 conventions, attribute by attribute."""
+    write_dataset(solved, tmp_path / "wall.nc")
+    with xr.open_dataset(tmp_path / "wall.nc", decode_cf=False) as raw:
+        assert {"CF-1.11", "UGRID-1.0"} <= set(raw.attrs["Conventions"].split())
+        meshes = [n for n in raw.variables if raw[n].attrs.get("cf_role") == "mesh_topology"]
+        assert meshes == [MESH]
+        topology = raw[MESH].attrs
+        assert topology["topology_dimension"] == 2
+        assert np.issubdtype(topology["topology_dimension"].dtype, np.integer)
+        nodes = topology["node_coordinates"].split()
+        assert len(nodes) == 2
+        (node_dim,) = {d for n in nodes for d in raw[n].dims}
+        faces = raw[topology["face_node_connectivity"]]
+        assert faces.attrs["cf_role"] == "face_node_connectivity"
+        assert faces.dims[0] == topology["face_dimension"]
+        assert faces.sizes[faces.dims[1]] == 3
+        start = faces.attrs["start_index"]
+        assert start.dtype == faces.dtype
+        assert faces.values.min() == start == 0
+        assert faces.values.max() == raw.sizes[node_dim] - 1
+        for name in raw.data_vars:
+            dims = raw[name].dims
+            if raw[name].attrs.get("location"):
+                assert raw[name].attrs["mesh"] == MESH
+                assert dims[-1] == {"face": faces.dims[0], "node": node_dim}[raw[name].attrs["location"]]
+            else:
+                assert name in (*nodes, faces.name) or not {faces.dims[0], node_dim} & set(dims), name
+        # counter-clockwise, and together the deformable blocks
+        x, y = (raw[n].values[faces.values] for n in nodes)
+        area = 0.5 * ((x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0]))
+        assert area.min() > 0
+        assert area.sum() == pytest.approx(0.96 * 0.15)
 
 
 def test_zones_need_not_be_stored(solved: xr.Dataset) -> None:

@@ -33,6 +33,16 @@ def test_bryant_wall_has_816_bricks_in_32_courses_of_25_and_26(solid: Scene):
     assert counts.tolist() == [25, 26] * 16
 
 
+def test_window_jambs_have_half_bricks_in_every_other_course(window: Scene):
+    bricks = box(window)
+    beside = bricks[(bricks[:, 1] > 0.9 - 1e-9) & np.isclose(bricks[:, 2], 2.55)]
+    assert len(beside) == 20
+    width = (beside[:, 2] - beside[:, 0])[np.argsort(beside[:, 4])]
+    half = 2.55 / 21  # gauged: 21 half bricks to the jamb
+    expected = [half if course % 2 == 0 else 2 * half for course in range(12, 32)]
+    np.testing.assert_allclose(width, expected, rtol=1e-12)
+
+
 # -- lintels ----------------------------------------------------------------------------------------------------------
 
 

@@ -8,12 +8,14 @@ import pytest
 
 from damagepred.assembly import wall_geometry, wall_model
 from damagepred.assembly.model import Model
+from damagepred.assembly.wall import footing_alone
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
-from damagepred.scene import Footing, Movement, Rig, Scene, Solver, Wall
+from damagepred.scene import Footing, Movement, Opening, Rig, Scene, Solver, Wall
 
 JACKS = Movement(kind="doming", shape="jacks", central_deflection=1e-3)
 GROUND = Movement(kind="doming", shape="mound")
+DOOR = Opening(kind="door", x=0.96, width=0.96, height=2.1)
 WALL = Wall(length=4.8, height=2.4)
 
 
@@ -39,7 +41,61 @@ def test_segments_are_no_longer_than_they_may_be(longest: float, each: int):
 # -- interfaces -------------------------------------------------------------------------------------------------------
 
 
+def test_segments_are_joined_to_each_other_and_to_the_bricks_on_them():
+    scene = Scene(wall=WALL, footing=Footing(segment_length=0.12), movement=GROUND, opening=(DOOR,))
+    model = wall_model(scene)
+    face, footing = model.interfaces, model.footing
+    assert footing is not None
+    section = face.kind == ContactKind.FOOTING_SECTION
+    assert section.sum() == len(footing) - 1
+    assert (np.sort(face.block_a[section]) == footing[:-1]).all()
+    assert (face.block_b[section] == face.block_a[section] + 1).all()
+    np.testing.assert_allclose(face.normal_x[section], 1.0)
+    np.testing.assert_allclose(face.length[section], scene.footing.depth)
+    np.testing.assert_allclose(face.contact_area[section].sum(axis=1), 0.3 * 0.3)
+    bed = face.kind == ContactKind.FOOTING_INTERFACE
+    assert face.length[bed].sum() == pytest.approx(WALL.length - DOOR.width)
+    np.testing.assert_allclose(face.contact_area[bed].sum(axis=1), face.length[bed] * WALL.thickness)
+    np.testing.assert_array_equal(face.y[bed], 0.0)
+    assert np.isin(face.block_a[bed], footing).all() ^ np.isin(face.block_b[bed], footing).all()
+    assert not ((face.x[bed] > DOOR.x) & (face.x[bed] < DOOR.right)).any()
+    soil = face.kind == ContactKind.SOIL
+    assert face.length[soil].sum() == pytest.approx(WALL.length)
+    np.testing.assert_allclose(face.contact_area[soil].sum(axis=1), face.length[soil] * 0.3)
+    assert (face.block_a[soil] == model.n_blocks).all()
+    assert not (face.kind == ContactKind.SUPPORT).any()
+
+
+def test_sections_have_the_stiffness_of_the_beam():
+    footing = Footing(width=0.4, depth=0.5, elastic_modulus=20e9, poisson_ratio=0.25)
+    model = footing_alone(Scene(wall=WALL, footing=footing, movement=GROUND, opening=(DOOR,)))
+    face, law = model.interfaces, model.properties
+    section = face.kind == ContactKind.FOOTING_SECTION
+    h = model.blocks.x[face.block_b[section]] - model.blocks.x[face.block_a[section]]
+    np.testing.assert_allclose(law.normal_stiffness[section], 20e9 / h)
+    bending = (law.normal_stiffness[:, None] * face.contact_area * face.contact_offset**2).sum(axis=1)[section]
+    np.testing.assert_allclose(bending, 20e9 * 0.4 * 0.5**3 / 12 / h)
+    shear = 5 / 6 * 8e9 * 0.2
+    np.testing.assert_allclose(
+        1 / (law.shear_stiffness[section] * 0.2), h / shear + h**3 / (12 * 20e9 * 0.4 * 0.5**3 / 12)
+    )
+
+
 # -- supports, jacks, deflection --------------------------------------------------------------------------------------
+
+
+def test_supports_stand_where_the_rig_says():
+    rig = Rig(supports=(0.3, 2.4, 4.5), jacks=(1.2, 3.6), support_stiffness=4e9)
+    scene = Scene(wall=WALL, movement=JACKS, rig=rig)
+    model = wall_model(scene)
+    face = model.interfaces
+    bearing = face.kind == ContactKind.SUPPORT
+    x = np.round(face.x[bearing], 3)
+    assert set(np.round(x, 2)) == {0.3, 2.4, 4.5}
+    stiffness = (model.properties.normal_stiffness[:, None] * face.contact_area).sum(axis=1)[bearing]
+    for place in (0.3, 2.4, 4.5):
+        assert stiffness[np.abs(face.x[bearing] - place) < 1e-3].sum() == pytest.approx(4e9, rel=1e-6)
+    assert model.span == pytest.approx(4.2)
 
 
 def test_jacks_push_upwards_with_equal_loads_where_they_stand():

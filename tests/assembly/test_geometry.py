@@ -1,7 +1,11 @@
 """Polygons and what they share, against slow and simple computations."""
 
+import itertools
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from damagepred.assembly.geometry import convex_polygon, mass_properties, refuse_overlaps, shared_edges
 from damagepred.errors import InputError
@@ -65,6 +69,23 @@ def test_one_moved_cell_is_found_and_named():
 
 
 # -- single polygons --------------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=50, deadline=None, derandomize=True)
+@given(st.integers(0, 10**6), st.floats(-1e4, 1e4), st.floats(-1e4, 1e4))
+def test_mass_properties_of_triangles(seed: int, x: float, y: float):
+    """Area, centroid and polar moment from the corners (closed form), anywhere on the plane."""
+    random = np.random.default_rng(seed)
+    a, b, c = random.uniform(-1, 1, (3, 2))
+    double = (b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0]
+    if abs(double) < 0.05:
+        return
+    corners = np.array([a, b, c] if double > 0 else [a, c, b])
+    area, cx, cy, polar = mass_properties(moved(corners, x, y))
+    sides = [((p - q) ** 2).sum() for p, q in itertools.combinations((a, b, c), 2)]
+    assert area == pytest.approx(abs(double) / 2, rel=1e-9)
+    np.testing.assert_allclose((cx, cy), (a + b + c) / 3 + np.array((x, y)), rtol=1e-12, atol=1e-11)
+    assert polar == pytest.approx(abs(double) / 2 * sum(sides) / 36, rel=1e-7)
 
 
 @pytest.mark.parametrize("corners", [4, 5, 6, 12, 100])

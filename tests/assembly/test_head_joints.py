@@ -4,14 +4,45 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from damagepred import InputError, Scene
+from damagepred.assembly.wall import wall_model
+from damagepred.enumerations import ContactKind
 
 
 def scene(**tables: Any) -> Scene:
     wall = {"length": 1.2, "height": 0.45}
     return Scene.from_dict({"wall": wall, "movement": {"central_deflection": 1e-3}, **tables})
+
+
+def test_keys_and_factors_hold_for_heads_alone() -> None:
+    joint = {"tensile_strength": 0.4e6, "cohesion": 0.5e6, "fracture_energy": 20.0}
+    head = {"cohesion": 0.3e6, "factor": {"tensile_strength": 0.56, "fracture_energy": 0.66}}
+    model = wall_model(scene(joint=joint, head_joint=head))
+    law, heads = model.properties, model.interfaces.kind == ContactKind.HEAD_JOINT
+    np.testing.assert_allclose(law.tensile_strength[heads], 0.56 * 0.4e6)
+    np.testing.assert_allclose(law.cohesion[heads], 0.3e6)
+    np.testing.assert_allclose(law.critical_opening[heads], 2 * 0.66 * 20.0 / (0.56 * 0.4e6))
+    beds = model.interfaces.kind == ContactKind.BED_JOINT
+    np.testing.assert_allclose(law.tensile_strength[beds], 0.4e6)
+    np.testing.assert_allclose(law.cohesion[beds], 0.5e6)
+
+
+@pytest.mark.parametrize("given", [None, {"tensile_strength": 0.1e6}, {"factor": {"tensile_strength": 0.5}}])
+def test_values_that_vary_from_joint_to_joint(given: dict[str, Any] | None) -> None:
+    described = scene() if given is None else scene(head_joint=given)
+    joints = wall_model(described).joints
+    drawn = np.linspace(0.2e6, 0.4e6, len(joints.kind))
+    model = wall_model(described, {"joint.tensile_strength": drawn})
+    heads = model.interfaces.kind == ContactKind.HEAD_JOINT
+    expected = drawn[model.interfaces.joint[heads]]
+    if given is not None:
+        expected = 0.5 * expected if "factor" in given else np.full_like(expected, 0.1e6)
+    np.testing.assert_allclose(model.properties.tensile_strength[heads], expected)
+    own = wall_model(described, {"joint.tensile_strength": drawn, "head_joint.tensile_strength": 0.3 * drawn})
+    np.testing.assert_allclose(own.properties.tensile_strength[heads], 0.3 * drawn[model.interfaces.joint[heads]])
 
 
 def test_what_makes_no_joint_is_refused() -> None:

@@ -1,5 +1,7 @@
 """Results are kept whatever becomes of what is printed, and no text of a user is run by what reads it."""
 
+import subprocess
+import sys
 import unicodedata
 from pathlib import Path
 
@@ -9,9 +11,56 @@ import xarray as xr
 
 from damagepred.archive.files import read_dataset, write_dataset
 from damagepred.archive.schema import SCHEMA_VERSION, name_categories
+from damagepred.cli import terminal
 from damagepred.damage.table import read_table
 from damagepred.errors import InputError
 from damagepred.inputs.data_files import data_file
+
+SCENE = """
+title = "TITLE"
+[wall]
+length = 0.72
+height = 0.3
+[movement]
+central_deflection = "0.2 mm"
+increments = 2
+"""
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    file = tmp_path / "small.toml"
+    file.write_text(SCENE, encoding="utf-8")
+    return file
+
+
+def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    program = f"{sys.executable} -m damagepred"
+    return subprocess.run(
+        ["bash", "-c", command.replace("damagepred", program, 1)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("title", ["[/] [bold]x $x_{$ a & <b>", "=1+1 100 % \\\\frac"])
+def test_titles_are_shown_as_they_are(title: str, scene: Path, tmp_path: Path) -> None:
+    scene.write_text(SCENE.replace("TITLE", title), encoding="utf-8")
+    done = shell("damagepred solve small.toml -o x.nc --plot pictures", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert title.replace("\\\\", "\\") in done.stdout
+
+
+def test_control_characters_reach_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    terminal.say("a\x1b[2Jb\nc")
+    terminal.table("\x1b]0;t\x07", ["[red]\x9b"], [["[/]\x1b"]])
+    said = capsys.readouterr().out
+    assert r"a\x1b[2Jb" in said
+    assert r"[/]\x1b" in said
+    assert all(c.isprintable() or c == "\n" for c in said)
 
 
 @pytest.mark.parametrize("name", ["=cmd()", "[/]", "$x$", "two\\nlines", ""])

@@ -14,6 +14,7 @@ from damagepred.scene import ControlJoint, Damage, Dpc, Opening, Scene, Wall
 from tests.damage.pattern import Pattern, rules_of
 
 MM = 1e-3
+BRICK, COURSE = 0.24, 0.075
 
 
 def band(wall: Pattern, **rules) -> float:
@@ -34,6 +35,16 @@ def of_model(scene: Scene, opened: dict[tuple[int, float, float], float], **rule
 
 
 # -- by hand ---------------------------------------------------------------------------------------------------------
+
+
+def test_head_joints_of_one_course_are_summed_along_the_gauge():
+    """1, 2, 4, 8 mm a brick apart: gauges of 0, 1, 2 and 3 bricks read 8, 12, 14 and 15."""
+    wall = Pattern()
+    for i, width in zip((4, 6, 8, 10), (1, 2, 4, 8)):
+        wall.open("head", i, 4, width * MM)
+    lengths = (0.1, BRICK - 0.01, BRICK, 2 * BRICK, 3 * BRICK, 3.0)
+    assert [band(wall, band_gauge=g) for g in lengths] == pytest.approx([8, 8, 12, 14, 15, 15])
+    assert band(wall) == pytest.approx(15)  # the default spans three bricks
 
 
 def test_other_courses_are_other_bands():

@@ -104,6 +104,17 @@ def test_a_dpc_under_pressure_is_closed(on_dpc: Pattern):
 # -- separation length -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("threshold", [0.1, 0.5, 1.0, 1.5])
+def test_separation_length_of_a_triangular_gap(on_dpc: Pattern, threshold: float):
+    """Gap 8 mm in the middle, straight down to nothing at the ends: open by more than w over L (1 - w/8)."""
+    joints = on_dpc.map
+    gap = 8 * MM * (1 - np.abs(joints.contact_x - 3.0) / 3.0)
+    on_dpc.opening[joints.is_dpc] = gap[joints.is_dpc]
+    verdict = on_dpc.judge(Damage(dpc_threshold=threshold * MM))
+    assert verdict.dpc_separation_length == pytest.approx(6.0 * (1 - threshold / 8), rel=1e-12)
+    assert verdict.dpc_opening_max == pytest.approx(8 * MM)
+
+
 def test_exactly_the_threshold_is_not_more_than_it(on_dpc: Pattern):
     on_dpc.opening[on_dpc.map.is_dpc] = 1 * MM
     assert on_dpc.judge(Damage(dpc_threshold=1 * MM)).dpc_separation_length == 0.0

@@ -30,6 +30,17 @@ def moved(place: np.ndarray, xx: float = 0.0, xy: float = 0.0, yx: float = 0.0, 
 # -- level and plumb -------------------------------------------------------------------------------------------------
 
 
+def test_a_wall_that_leans_is_level_and_one_that_slopes_is_plumb():
+    lines = gauges(wall_model(HOUSE)).lines
+    np.testing.assert_allclose(lines.deviation(moved(blocks(), xy=0.01)), (0.01, 0.0, 0.0), atol=1e-15)
+    np.testing.assert_allclose(lines.deviation(moved(blocks(), yx=-0.01)), (0.0, 0.01, 0.01), atol=1e-15)
+    # what stretches is neither, but for bricks of the openings' bond that do not stand right over each other
+    np.testing.assert_allclose(lines.deviation(moved(blocks(), xx=0.01, yy=0.01)), 0.0, atol=0.06 * 0.01 / 0.5)
+    plain = Scene()
+    solid = gauges(wall_model(plain)).lines
+    np.testing.assert_allclose(solid.deviation(moved(blocks(plain), xx=0.01, yy=0.01)), 0.0, atol=1e-14)
+
+
 def test_a_wall_shorter_than_the_gauge_is_measured_over_its_length():
     scene = Scene(wall=Wall(length=0.72, height=0.3))
     found = gauges(wall_model(scene)).lines.deviation(moved(blocks(scene), xy=-0.01, yx=0.01))
@@ -49,6 +60,15 @@ def frame(state: np.ndarray) -> tuple[float, float, float]:
     own = Frames(np.arange(4)[None], np.zeros((1, 4, 2)), CORNERS)
     found = own.distortion(np.column_stack((state, np.zeros(4))))
     return tuple(float(v[0]) for v in found)  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("shear", [0.003, -0.003])
+def test_an_opening_that_is_racked(shear: float):
+    """Jambs stay upright, head and sill slope: a diagonal 2.236 m long loses shear x 2 x 1 / 2.236."""
+    width, angle, diagonal = frame(np.array([(0, 0), (0, 2 * shear), (0, 2 * shear), (0, 0)]))
+    assert width == 0.0
+    assert angle == pytest.approx(0.003)
+    assert diagonal == pytest.approx(-0.003 * 2 / 5**0.5, rel=5e-3)
 
 
 def test_an_opening_squeezed_upright():

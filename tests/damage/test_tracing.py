@@ -13,6 +13,7 @@ from damagepred.damage.tracing import (
     HORIZONTAL,
     STEPPED,
     VERTICAL,
+    WALL,
     Links,
     Pieces,
     links_of,
@@ -21,6 +22,7 @@ from damagepred.enumerations import ContactKind
 from tests.damage.pattern import COURSE, HALF, Pattern
 
 MM = 1e-3
+STEPS = [("head", 4, 2), ("bed", 4, 3), ("head", 5, 3), ("bed", 5, 4), ("head", 6, 4), ("bed", 6, 5), ("head", 7, 5)]
 
 
 def cracks(wall: Pattern, links: Links | None = None) -> list[Numbered]:
@@ -31,6 +33,31 @@ def only(wall: Pattern) -> Numbered:
     found = cracks(wall)
     assert len(found) == 1
     return found[0]
+
+
+def stepped(wall: Pattern, shift: tuple[float, float]) -> None:
+    """Move what is right below a stepped crack by a shift (m): perpends open by its x, beds by -y and slide."""
+    for line, i, r in STEPS:
+        if line == "head":
+            wall.open("head", i, r, shift[0])
+            wall.slide("head", i, r, -shift[1])  # its tangent points down
+        else:
+            wall.open("bed", i, r, -shift[1])  # what is above stays
+            wall.slide("bed", i, r, -shift[0])
+
+
+def test_a_stepped_crack_is_one_crack_of_known_length_and_course():
+    wall = Pattern()
+    stepped(wall, (1 * MM, -2 * MM))
+    found = only(wall)
+    crack = found.crack
+    assert (found.number, found.part, crack.orientation, crack.branches) == (1, WALL, STEPPED, 0)
+    assert crack.length == pytest.approx(4 * COURSE + 3 * HALF)
+    # from the foot of the lowest perpend to the head of the highest
+    np.testing.assert_allclose(crack.path[[0, -1]], [(4 * HALF, 2 * COURSE), (7 * HALF, 6 * COURSE)], atol=1e-12)
+    assert (np.diff(crack.path, axis=0) > -1e-12).all()  # up and to the right all the way
+    assert len(crack.path_pieces) == 21
+    assert crack.inclination == pytest.approx(np.degrees(np.arctan2(COURSE, HALF)), abs=1.0)  # that of its steps
 
 
 @pytest.mark.parametrize(("line", "begin", "end"), [("bed", (4, 4), (5, 4)), ("head", (4, 4), (4, 5))])
@@ -55,6 +82,40 @@ def test_the_hairline_itself_is_no_crack(size: float, count: int, how: str):
     assert len(cracks(wall)) == count
 
 
+def test_a_crack_from_a_window_corner():
+    """The opening's joints are not there: a crack from one corner of it does not reach that from another."""
+    wall = Pattern(columns=20, rows=14)
+    hole = [wall.lines.pop(key) for key in list(wall.lines) if _in_window(key)]
+    keep = np.setdiff1d(np.arange(len(wall.map.kind)), hole)
+    small = _without(wall, keep)
+    for k in range(3):  # from the upper right corner (12, 8), and from the lower left one (8, 4)
+        small.open("head", 12 + k, 8 + k, 2 * MM)
+        small.open("bed", 12 + k, 9 + k, 2 * MM)
+        small.open("bed", 7 - k, 4 - k, 1 * MM)
+        small.open("head", 7 - k, 3 - k, 1 * MM)
+    found = cracks(small)
+    assert len(found) == 2
+    upper, lower = (f.crack for f in found)
+    np.testing.assert_allclose(upper.path[0], (12 * HALF, 8 * COURSE))
+    np.testing.assert_allclose(lower.path[-1], (8 * HALF, 4 * COURSE))
+    assert (upper.orientation, lower.orientation) == (STEPPED, STEPPED)
+    assert upper.length == pytest.approx(3 * (HALF + COURSE))
+
+
+def _in_window(key: tuple[str, int, int]) -> bool:
+    line, i, r = key
+    return (4 < r < 8 and 8 <= i < 12) if line == "bed" else (4 <= r < 8 and 8 < i < 12)
+
+
+def _without(wall: Pattern, keep: np.ndarray) -> Pattern:
+    fields = [f.name for f in dataclasses.fields(wall.map)]
+    wall.map = dataclasses.replace(wall.map, **{name: getattr(wall.map, name)[keep] for name in fields})
+    wall.opening, wall.slip, wall.cracked = wall.opening[keep], wall.slip[keep], wall.cracked[keep]
+    new = {int(old): number for number, old in enumerate(keep)}
+    wall.lines = {key: new[old] for key, old in wall.lines.items() if old in new}
+    return wall
+
+
 # -- dpc and base ----------------------------------------------------------------------------------------------------
 
 
@@ -69,6 +130,30 @@ def test_a_piece_of_the_dpc_is_open_or_slid_not_both(opening: float, slip: float
 
 
 # -- through increments ----------------------------------------------------------------------------------------------
+
+
+def test_a_crack_keeps_its_number_as_it_grows_and_the_older_one_wins():
+    wall = Pattern()
+    growth = Growth(wall.map)
+
+    def step(number: int) -> list[Numbered]:
+        return growth.step(number, wall.opening, wall.slip, wall.cracked)
+
+    wall.open("bed", 10, 4, 0.2 * MM)
+    assert [f.number for f in step(0)] == [1]
+    wall.open("bed", 4, 4, 3 * MM)
+    wall.open("bed", 3, 4, 3 * MM)
+    first, second = step(1)
+    assert (first.number, first.crack.pieces.size) == (1, 3)
+    assert (second.number, second.crack.pieces.size) == (2, 6)
+    for i in (5, 6, 7, 8, 9):  # they meet: the older, though smaller, keeps its number
+        wall.open("bed", i, 4, 1 * MM)
+    (merged,) = step(2)
+    assert merged.number == 1
+    assert growth.merged == {2: 1}
+    assert (merged.first_increment, merged.first_piece // 3) == (0, wall.place("bed", 10, 4))
+    wall.open("head", 6, 8, 1 * MM)  # numbers are not used twice
+    assert [f.number for f in step(3)] == [1, 3]
 
 
 # -- through bricks --------------------------------------------------------------------------------------------------

@@ -7,6 +7,15 @@ from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.reading import build
 
 
+def test_names_to_values():
+    concrete = ReinforcedConcrete(grade="N32", bottom="4-L12TM", top="2-L8TM")
+    assert concrete.compressive_strength == 32e6
+    assert concrete.concrete_modulus == 30.1e9  # AS 3600
+    assert concrete.flexural_strength == pytest.approx(0.6 * 32**0.5 * 1e6)
+    assert concrete.bottom_wires == (pytest.approx(4 * 111.2e-6), 11.9e-3)
+    assert concrete.top_wires == (pytest.approx(2 * 45.4e-6), 7.6e-3)
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [

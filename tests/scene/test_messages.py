@@ -230,6 +230,34 @@ def house() -> Scene:
 
 
 @pytest.mark.parametrize(
+    ("place", "value", "look"),
+    [
+        ("joint.cohesion", 0.2e6, lambda s: s.joint.cohesion),
+        ("opening.1.width", 0.7, lambda s: s.opening[0].width),
+        ("opening.2.x", 4.2, lambda s: s.opening[1].x),
+        ("movement.central_deflection", 0.03, lambda s: s.movement.central_deflection),
+        ("movement.table.2.2", 0.7, lambda s: s.movement.table[1][1]),
+        ("dpc.friction", 0.4, lambda s: s.dpc.friction),
+        ("damage.group_distance", 2.0, lambda s: s.damage.group_distance),
+    ],
+)
+def test_with_values_changes_that_number_and_no_other(house: Scene, place: str, value: float, look):
+    changed = house.with_values({place: value})
+    assert look(changed) == value
+    assert look(house) != value  # the original stays
+    old = {p: _at(house, p) for p in house.number_places()}
+    new = {p: _at(changed, p) for p in changed.number_places()}
+    assert new == old | {place: value}
+
+
+def _at(scene: Scene, place: str):
+    value = scene
+    for step in place.split("."):
+        value = value[int(step) - 1] if step.isdigit() else getattr(value, step)
+    return value
+
+
+@pytest.mark.parametrize(
     ("place", "words"),
     [
         (
@@ -257,6 +285,13 @@ def test_items_of_lists_count_from_1(house: Scene, place: str, words: str):
 def test_folder_instead_of_file(tmp_path: Path):
     with pytest.raises(InputError, match="is a folder"):
         Scene.from_toml(tmp_path)
+
+
+def test_message_from_a_file_names_the_file(tmp_path: Path):
+    file = tmp_path / "house.toml"
+    file.write_text("[wall]\nlenght = 3\n")
+    with pytest.raises(InputError, match=r"house\.toml: unknown key \[wall\] lenght"):
+        Scene.from_toml(file)
 
 
 def test_python_users_get_the_same_checks():

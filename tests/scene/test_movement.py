@@ -8,6 +8,8 @@ from damagepred.errors import InputError
 from damagepred.scene import Movement, Scene
 from damagepred.scene.footing_profile import three_loads
 
+XI = np.linspace(0.0, 1.0, 401)
+
 
 def beam_by_virtual_work(x: float, loads: tuple[float, ...]) -> float:
     """The same once more, by integrating M(s) m(s; x): no formula for the deflection is used."""
@@ -26,7 +28,28 @@ def test_three_loads_by_virtual_work(x: float):
     assert three_loads(np.array([x]))[0] == pytest.approx(expected, rel=1e-8)
 
 
+@pytest.mark.parametrize("shape", ["three_loads", "parabola", "arc"])
+@pytest.mark.parametrize(("kind", "sign"), [("dishing", -1), ("doming", 1)])
+def test_dishing_goes_down_and_doming_goes_up(shape: str, kind: str, sign: int):
+    movement = Movement(shape=shape, kind=kind, central_deflection=0.012)
+    length = 7.3
+    rise = movement.profile(XI * length, length)
+    assert rise[0] == pytest.approx(0.0, abs=1e-15)
+    assert rise[-1] == pytest.approx(0.0, abs=1e-15)
+    assert rise[200] == pytest.approx(sign * 0.012, rel=1e-12)
+    assert (sign * rise[1:-1] > 0).all()
+    np.testing.assert_allclose(rise, rise[::-1], atol=1e-15)  # symmetric
+    assert (np.diff(sign * rise[:201]) > 0).all()  # rises to the centre
+    assert movement.sign == sign
+
+
 TABLE = ((0.0, 0.0), (0.2, 0.5), (0.5, 0.8), (0.9, 0.3), (1.0, 0.0))
+
+
+def test_table_passes_through_its_points_scaled_to_the_centre():
+    movement = Movement(shape="table", table=TABLE, kind="doming", central_deflection=0.01)
+    place, fraction = np.array(TABLE).T
+    np.testing.assert_allclose(movement.profile(place * 6.0, 6.0), 0.01 * fraction / 0.8, rtol=1e-13, atol=1e-18)
 
 
 @pytest.mark.parametrize(

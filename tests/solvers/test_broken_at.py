@@ -31,6 +31,19 @@ def broken_at(increments: int, **solver: object) -> np.ndarray:
     return share
 
 
+def test_bonds_that_soften_by_slip_have_a_load_factor_of_failure():
+    """The first slip of a bond that softens by slip is recorded as its failure, without an event."""
+    joint = Joint(tensile_strength=15e3, cohesion=12e3, friction=0.8, fracture_energy=50.0, shear_fracture_energy=100.0)
+    scene = replace(WALL, joint=joint, dpc=None, movement=replace(WALL.movement, increments=4))
+    ds = solve(scene)
+    cracked, at, progress = ds["contact_state"].values == 1, ds["contact_broken_at"].values, ds["progress"].values
+    np.testing.assert_array_equal(np.isfinite(at), cracked[-1])
+    first = cracked.argmax(axis=0)[cracked[-1]]
+    assert (at[cracked[-1]] <= progress[first]).all()
+    assert (at[cracked[-1]] > progress[first - 1]).all()
+    assert np.isfinite(at).sum() > 10
+
+
 @pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 def test_no_bond_breaks_beyond_the_collapse_that_ends_a_path(method):
     """A dry block slides at 0.3 of a push that shears the bond of another one at 0.8."""

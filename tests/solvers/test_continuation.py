@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import damagepred
-from damagepred.assembly import Assembly, wall_model
+from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
+from damagepred.enumerations import ContactState
 from damagepred.errors import ConvergenceError
 from damagepred.scene import BlockMaterial, Joint, Loads, Movement, Scene, Solver, Wall
 from damagepred.solvers import solve_path
@@ -41,6 +42,72 @@ def cracking(**other: object) -> Scene:
 
 
 # -- which bond breaks next -------------------------------------------------------------------------------------------
+
+
+def with_one_weak_bond(share: float, density: float = 2000.0) -> tuple[Model, int]:
+    """Return a wall with one bond that breaks at a share of the movement, and its interface."""
+    scene = cracking(
+        joint=Joint(tensile_strength=1e8, cohesion=1e9),
+        block=BlockMaterial(density=density),
+        loads=Loads(roof=0.5 * density),
+        movement=Movement(central_deflection=1e-4, kind="doming"),
+    )
+    model = wall_model(scene)
+    first, last = solve_path(model, WHOLE, 1)  # elastic, so all is linear
+    before, after = first.normal_stress, last.normal_stress
+    interface = int(np.argmax((after - before).max(axis=1)))
+    strength = float((before + share * (after - before))[interface].max())
+    assert strength > 0
+    law = model.properties
+    weak = law.tensile_strength.copy()
+    weak[interface] = strength
+    return replace(model, properties=law._replace(tensile_strength=weak)), interface
+
+
+@pytest.mark.parametrize("increments", [1, 3, 10])
+@pytest.mark.parametrize("condense", [True, False])
+def test_a_bond_breaks_at_the_movement_that_reaches_its_strength(
+    monkeypatch: pytest.MonkeyPatch, increments: int, condense: bool
+) -> None:
+    model, interface = with_one_weak_bond(0.62)
+    seen: list[tuple[float, np.ndarray]] = []
+    original = Continuation.fail_bonds
+
+    def fail_bonds(self: Continuation, state: State, heaviest: float) -> np.ndarray:
+        seen.append((state.load_factor, self.equilibrium.bond_load.copy()))
+        return original(self, state, heaviest)
+
+    monkeypatch.setattr(Continuation, "fail_bonds", fail_bonds)
+    *_, last = quasi_static_path(model, replace(WHOLE, condense=condense), increments)
+    progress, load = seen[0]
+    assert progress == pytest.approx(0.62, rel=0.01)
+    assert progress >= 0.62 * (1 - 1e-4)
+    assert int(load.max(axis=1).argmax()) == interface
+    assert 1.0 + CONTROL.overload_tolerance < load.max() <= 1.0 + CONTROL.event_tolerance
+    assert (np.flatnonzero((last.state == ContactState.CRACKED).any(axis=1)) == [interface]).all()
+
+
+def test_bonds_break_one_event_after_the_other_and_never_heal(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = cracking()
+    model = wall_model(scene)
+    progress: list[float] = []
+    cracked: list[int] = []
+    original = Continuation.fail_bonds
+
+    def fail_bonds(self: Continuation, state: State, heaviest: float) -> np.ndarray:
+        progress.append(state.load_factor)
+        before = state.history.cracked.copy()
+        again = original(self, state, heaviest)
+        assert state.history.cracked[before].all()
+        cracked.append(int(state.history.cracked.sum()))
+        return again
+
+    monkeypatch.setattr(Continuation, "fail_bonds", fail_bonds)
+    steps = list(quasi_static_path(model, WHOLE, 3))
+    assert len(progress) > 5
+    assert (np.diff(progress) >= 0).all()
+    assert (np.diff(cracked) > 0).all()
+    assert sum(s.counters.events for s in steps) == len(progress)
 
 
 # -- symmetry ---------------------------------------------------------------------------------------------------------

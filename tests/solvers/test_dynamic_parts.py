@@ -10,9 +10,54 @@ import damagepred
 from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError, InputError
-from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Solver
+from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers.dynamics.base_motion import base_displacement, from_record
+from damagepred.solvers.dynamics.body_arrays import body_arrays
+from damagepred.solvers.dynamics.body_motion import motion_of
+from damagepred.solvers.dynamics.contact_search import neighbour_list, world_coordinates
+from damagepred.solvers.dynamics.options import DEFAULTS
+from tests.assembly.reference import voronoi
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, dry, stack, started
+
+ORIGIN = np.array([0.3, 0.2])
+
+
+def cells(shift: float = 0.0) -> Assembly:
+    assembly = Assembly(thickness=THICKNESS, joint=Joint(tensile_strength=1e9, cohesion=1e9))
+    for corners in voronoi(np.random.default_rng(4), 20):
+        assembly.add_block(corners + shift)
+    assembly.support(0)
+    return assembly
+
+
+def test_neighbours_are_those_of_a_search_of_all_pairs() -> None:
+    model = cells().build(STIFF)
+    scene = body_arrays(model, ORIGIN, DEFAULTS)
+    motion = motion_of(model, ORIGIN)
+    random = np.random.default_rng(3)
+    motion.displacement[:-1] = 0.2 * random.standard_normal((model.n_blocks, 3))
+    from damagepred.solvers.dynamics.body_motion import update_poses
+
+    update_poses(motion)
+    margin = 0.03
+    near = neighbour_list(scene, motion.pose, margin, DEFAULTS.wide_block_ratio)
+    at = world_coordinates(motion.pose, scene.points["body"], scene.points["x"], scene.points["y"])
+    edges = scene.edges
+    c, s = motion.pose[edges["body"], 2], motion.pose[edges["body"], 3]
+    along = np.column_stack((c * edges["along_x"] - s * edges["along_y"], s * edges["along_x"] + c * edges["along_y"]))
+    end = world_coordinates(motion.pose, edges["body"], edges["x"], edges["y"])
+    gap = (at[:, None, :] - end) @ np.zeros(2) + (
+        along[:, 0] * (at[:, None, 1] - end[:, 1]) - along[:, 1] * (at[:, None, 0] - end[:, 0])
+    )
+    largest = np.maximum.reduceat(gap, scene.first_edge[:-1], axis=1)
+    own = edges["polygon"][scene.points["own_edge"]]
+    expected = {(i, j) for i, j in np.argwhere(largest < margin).tolist() if own[i] != j}
+    found = {(i, int(j)) for i in range(len(at)) for j in near.polygon[near.first[i] : near.first[i + 1]]}
+    assert len(expected) > 100
+    assert found == expected
+    point = np.repeat(np.arange(len(at)), np.diff(near.first))
+    np.testing.assert_array_equal(edges["polygon"][near.edge], near.polygon)
+    np.testing.assert_allclose(near.distance, gap[point, near.edge], atol=1e-12)
 
 
 @pytest.mark.parametrize("kind", ["half_sine", "full_sine", "rectangular"])

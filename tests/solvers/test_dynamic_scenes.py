@@ -148,6 +148,18 @@ def test_a_slow_movement_gives_the_equilibria_of_the_static_solver(dpc: bool, de
     assert ds["searches"].values[-1] == 1
 
 
+def test_a_live_load_does_its_work() -> None:
+    joint = Joint(normal_stiffness=1e9, shear_stiffness=1e9, tensile_strength=1e9, cohesion=1e9)
+    assembly = Assembly(gravity=(0.0, 0.0), joint=joint, thickness=THICKNESS)
+    assembly.rest_on_ground([assembly.add_block(rectangle(0.0, 0.0, 0.24, 0.1))])
+    assembly.push(0, y=-1000.0)
+    ds = run(assembly, 0.1, 4, movement_time=0.05)
+    sag = 1000.0 / (1e9 * 0.24 * THICKNESS)
+    assert ds["block_displacement_y"].values[-1, 0] == pytest.approx(-sag, rel=1e-3)
+    assert ds["external_work"].values[-1] == pytest.approx(0.5 * 1000.0 * sag, rel=1e-3)
+    assert abs(ds["energy_error"].values[-1]) < 1e-9
+
+
 def test_interrupting_keeps_what_was_reached() -> None:
     def stop(step: object) -> None:
         if step.increment.number == 2:  # type: ignore[attr-defined]

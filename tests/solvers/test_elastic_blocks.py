@@ -12,6 +12,7 @@ from damagepred import Assembly, InputError, Scene, solve
 from damagepred.assembly.assembly import rectangle
 from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
+from damagepred.solvers import solve_path
 
 E, B, H, T = 9e9, 0.24, 0.075, 0.11
 PLATE = 0.1  # length of a plate, half of which is lumped into the joint on either side
@@ -42,6 +43,35 @@ def strip(angle: float = 0.0, **joint: float) -> tuple[Assembly, list[int]]:
     for plate in (0, 2):
         wall.support(plates[plate])
     return wall, plates
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4])
+def test_a_brick_stretches_as_a_bar_in_series_with_its_joints(angle: float) -> None:
+    wall, (_, brick, right) = strip(angle)
+    pull = 1e-5
+    wall.move(right, x=pull * np.cos(angle), y=pull * np.sin(angle))
+    model = wall.build(Solver(blocks="elastic"))
+    *_, end = solve_path(model, Solver(blocks="elastic"), 1)
+    stress = pull / (2 / 82e9 + (B + PLATE) / E)
+    assert end.strain is not None
+    assert end.strain[brick, 0] == pytest.approx(stress / E, rel=1e-9)
+    np.testing.assert_allclose(end.normal_stress, stress, rtol=1e-9)
+
+
+def test_a_brick_bends_as_a_beam_in_series_with_its_joints() -> None:
+    wall, (left, brick, right) = strip()
+    turn = 1e-4
+    wall.move(left, rotation=-turn)
+    wall.move(right, rotation=turn)
+    model = wall.build(Solver(blocks="elastic"))
+    *_, end = solve_path(model, Solver(blocks="elastic"), 1)
+    second_moment = T * H**3 / 12
+    moment = 2 * turn / (2 / (82e9 * second_moment) + (B + PLATE) / (E * second_moment))
+    assert end.strain is not None
+    assert end.strain[brick, 1] == pytest.approx(moment / (E * second_moment), rel=1e-9)
+    # the plates turn about their middles, and the ends of the brick go up against its mean
+    down = turn * PLATE / 2 + end.strain[brick, 1] * B**2 / 12
+    assert end.displacement[brick, 1] == pytest.approx(-down, rel=1e-9)
 
 
 def test_only_rectangles_that_are_not_held_are_elastic() -> None:

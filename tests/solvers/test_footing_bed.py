@@ -27,6 +27,14 @@ def stands_on(kind: str, deflection: float, joint: Joint | None = LOOSE, **more)
     )
 
 
+def test_a_wall_that_spans_a_dish_gapes_in_its_middle():
+    """It rests on its two ends, where a parabola lies higher by d than in the middle; threshold of 2 mm."""
+    scene = stands_on("dishing", 6 * MM, damage=Damage(footing_threshold=2 * MM))
+    wall = damagepred.solve(scene)
+    assert float(wall["footing_opening_max"][-1]) == pytest.approx(6 * MM, rel=0.02)
+    assert float(wall["footing_separation_length"][-1]) == pytest.approx(2.88 * np.sqrt(4 / 6), rel=0.02)
+
+
 @pytest.mark.parametrize(("rule", "dpc", "counts"), [(False, None, False), (True, None, True), (True, Dpc(), False)])
 def test_the_gap_counts_if_set_and_without_a_dpc(rule: bool, dpc: Dpc | None, counts: bool):
     wall = damagepred.solve(stands_on("doming", 7 * MM, dpc=dpc, damage=Damage(count_footing_gap=rule)))

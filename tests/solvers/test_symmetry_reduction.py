@@ -9,18 +9,23 @@ import pytest
 
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
+from damagepred.enumerations import ContactState
 from damagepred.errors import ConvergenceError
-from damagepred.scene import Joint, Loads, Movement, Opening, Scene, Solver, Wall
-from damagepred.solvers import solve_path
+from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
+from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.stepper import explicit_path
+from damagepred.solvers.quasi_static import stepper as quasi_static
 from damagepred.solvers.symmetry import HalfModel, reduce_by_symmetry
 from tests.solvers.walls import stack
+from tests.validation.test_quasi_static_balance import unbalanced
 
 QUASI_STATIC, EXPLICIT = Solver(method="quasi_static"), Solver(method="explicit", tolerance=1e-5)
 WEAK = Joint(tensile_strength=0.1e6, cohesion=0.1e6)
 EVEN, ODD = 2.4, 2.64
 """Lengths (m) with a perpend on the axis in the first course and a brick across it in the second, and the reverse."""
 MIDDLE = Opening(x=0.96, y=0.3, width=0.48, height=0.3)
+DOOR = Opening(kind="door", x=0.96, width=0.48, height=0.6)
+SIDES = (Opening(x=0.36, y=0.3, width=0.48, height=0.3), Opening(x=1.56, y=0.3, width=0.48, height=0.3))
 
 
 def scene(length: float = EVEN, bond: str = "running", kind: str = "dishing", **other: object) -> Scene:
@@ -44,6 +49,13 @@ def halved(model: Model) -> HalfModel:
 # -- the mirror, found anew by looking for the nearest ----------------------------------------------------------------
 
 
+def positions(model: Model) -> np.ndarray:
+    """Return the positions of the contacts, (m, q, 2)."""
+    face = model.interfaces
+    tangent = np.stack((face.normal_y, -face.normal_x), axis=-1)
+    return np.stack((face.x, face.y), axis=-1)[:, None] + face.contact_offset[..., None] * tangent[:, None]
+
+
 def nearest(points: np.ndarray, axis: float) -> np.ndarray:
     image = points * (-1.0, 1.0) + (2 * axis, 0.0)
     distance = np.hypot(*(points[:, None] - image[None]).T)
@@ -51,7 +63,113 @@ def nearest(points: np.ndarray, axis: float) -> np.ndarray:
     return distance.argmin(axis=1)
 
 
+def mirrored(model: Model, step: Increment) -> Increment:
+    """Return the mirror image of an increment, contact by contact."""
+    axis = (model.blocks.vertices[:, 0].min() + model.blocks.vertices[:, 0].max()) / 2
+    block = nearest(np.column_stack((model.blocks.x, model.blocks.y)), axis)
+    face = nearest(np.column_stack((model.interfaces.x, model.interfaces.y)), axis)
+    here = positions(model)
+    there = here * (-1.0, 1.0) + (2 * axis, 0.0)
+    point = np.abs(there[:, None] - here[face][:, :, None]).sum(axis=-1).argmin(axis=1)  # of i, as it is in its image
+    rows = np.repeat(face[:, None], point.shape[1], axis=1)
+    return replace(
+        step,
+        displacement=step.displacement[block] * (-1.0, 1.0, -1.0),
+        **{name: getattr(step, name)[rows, point] for name in ("opening", "normal_stress", "state")},
+        **{name: -getattr(step, name)[rows, point] for name in ("slip", "shear_stress")},
+    )
+
+
+def symmetric_part(model: Model, step: Increment) -> Increment:
+    """Return the symmetric part of an increment: the mean of it and its mirror image.
+
+    The position of a wall that slides at both ends, or of loose bricks, is not unique and need not be symmetric. The
+    mean of such a state and its image is a solution, too, and symmetric.
+    """
+    image = mirrored(model, step)
+    names = ("displacement", "opening", "slip", "normal_stress", "shear_stress")
+    return replace(step, **{name: (getattr(step, name) + getattr(image, name)) / 2 for name in names})
+
+
+def assert_near(one: np.ndarray, other: np.ndarray, share: float, least: float = 0.0) -> None:
+    np.testing.assert_allclose(one, other, rtol=0, atol=max(share * float(np.abs(other).max()), least))
+
+
+def compare(
+    model: Model, settings: Solver, increments: int, displacement: float, stress: float
+) -> list[tuple[Increment, Increment]]:
+    """Follow both ways; they agree up to those shares of the largest values."""
+    halved(model)
+    pairs = list(
+        zip(
+            solve_path(model, settings, increments),
+            solve_path(model, replace(settings, symmetric_half=False), increments),
+            strict=True,
+        )
+    )
+    weight = -model.supports.load.reshape(-1, 3)[:, 1].sum()
+    # stresses and what they make of the joints, that count as nothing
+    nothing = stress * model.mean_block_weight / float(model.interfaces.contact_area.max())
+    for one, whole in pairs:
+        other = symmetric_part(model, whole)
+        for name in ("displacement", "opening", "slip"):
+            assert_near(getattr(one, name), getattr(other, name), displacement, 1e-12)
+        for name in ("normal_stress", "shear_stress"):
+            assert_near(getattr(one, name), getattr(whole, name), stress, nothing)
+        if one.zones is not None and whole.zones is not None:
+            assert_near(one.zones.displacement, whole.zones.displacement, displacement, 1e-12)
+            assert_near(one.zones.stress, whole.zones.stress, stress, nothing)
+        # a joint without strength breaks by rounding where it carries nothing, which shows only where it opens
+        bare = (model.properties.tensile_strength == 0.0)[:, None] & (whole.opening < 1e-8)
+        np.testing.assert_array_equal(*((step.state == ContactState.CRACKED) & ~bare for step in (one, whole)))
+        assert one.base_reaction == pytest.approx(weight, rel=10 * settings.tolerance_used)
+        assert (one.number, one.load_factor, one.collapsed) == (whole.number, whole.load_factor, whole.collapsed)
+    return pairs
+
+
 # -- the same path ----------------------------------------------------------------------------------------------------
+
+NO_STRENGTH = Joint(tensile_strength=0.0, cohesion=0.0)
+LITTLE = {kind: Movement(kind=kind, central_deflection=0.5e-3, increments=1) for kind in ("dishing", "doming")}
+"""On a dpc bricks come to hang loose, and then lie now here, now there: before that."""
+WALLS = {
+    "even, dishing": scene(),
+    "even, doming": scene(kind="doming"),
+    "odd, dishing": scene(ODD),
+    "odd, doming": scene(ODD, kind="doming"),
+    "odd, doming on a dpc": replace(scene(ODD, dpc=Dpc(friction=0.4)), movement=LITTLE["doming"]),
+    "stack bond, joints on the axis": scene(EVEN, "stack"),
+    "stack bond, blocks on the axis": scene(ODD, "stack", "doming"),
+    "window on a dpc": replace(scene(opening=(MIDDLE,), dpc=Dpc(friction=0.4)), movement=LITTLE["dishing"]),
+    "window, doming": scene(kind="doming", opening=(MIDDLE,)),
+    "door": scene(opening=(DOOR,)),
+    "two windows on a dpc": replace(scene(opening=SIDES, dpc=Dpc()), movement=LITTLE["dishing"]),
+    "two windows, doming": scene(kind="doming", opening=SIDES),
+    "four midpoints": scene(solver=replace(QUASI_STATIC, quadrature="midpoint", contacts_per_interface=4)),
+    "no strength": scene(joint=NO_STRENGTH),
+    "no strength, on the steps of the increments": scene(
+        joint=NO_STRENGTH, solver=replace(QUASI_STATIC, step_energy_tolerance=1e9)
+    ),
+    "strength left, few contacts": scene(
+        joint=replace(WEAK, residual_cohesion=0.02e6), solver=replace(QUASI_STATIC, no_tension_subdivisions=1)
+    ),
+    "strength left": scene(joint=replace(WEAK, residual_cohesion=0.02e6)),
+    "dilation": scene(kind="doming", joint=replace(WEAK, dilation=0.1)),
+    "brittle shear": scene(kind="doming", joint=replace(WEAK, brittle_shear=True)),
+}
+
+
+@pytest.mark.quick_cases
+@pytest.mark.parametrize("name", WALLS)
+def test_small_walls_follow_the_same_path(name: str) -> None:
+    model, wall = wall_model(WALLS[name]), WALLS[name]
+    pairs = compare(model, wall.solver, wall.movement.increments, displacement=1e-5, stress=1e-4)
+    for one, _ in pairs:
+        assert np.abs(unbalanced(model, one)).max() <= 1.001 * one.unbalanced_force_ratio + 1e-8
+        assert one.unbalanced_force_ratio < QUASI_STATIC.tolerance_used
+    end = pairs[-1][0]
+    assert (end.state == ContactState.CRACKED).sum() > 10, "nothing happened"
+    assert np.abs(end.shear_stress).max() > 1e3
 
 
 ZONES = replace(QUASI_STATIC, blocks="deformable")
@@ -84,6 +202,20 @@ def wall_by_hand() -> Assembly:
 
 
 # -- what the half is -------------------------------------------------------------------------------------------------
+
+
+def test_energies_of_the_half_are_doubled() -> None:
+    model = model_of()
+    whole = list(quasi_static.quasi_static_path(model, QUASI_STATIC, 4))[-1]
+    part = halved(model)
+    of_half = list(quasi_static.quasi_static_path(part, QUASI_STATIC, 4))[-1]
+    unfolded = part.expand(of_half)
+    for name in ("external_work", "elastic_energy", "friction_work", "released_energy"):
+        assert getattr(unfolded.energy, name) == 2 * getattr(of_half.energy, name)
+        assert getattr(unfolded.energy, name) == pytest.approx(getattr(whole.energy, name), rel=1e-4, abs=1e-3)
+    assert unfolded.base_reaction == 2 * of_half.base_reaction
+    assert unfolded.base_reaction == pytest.approx(whole.base_reaction, rel=1e-4, abs=1e-3)
+    assert (unfolded.number, unfolded.counters) == (of_half.number, of_half.counters)
 
 
 def test_geometry_is_halved_once_for_walls_that_share_it() -> None:

@@ -169,6 +169,19 @@ def coverage(end: float, confidence: float, repetitions: int = 60, walls: int = 
     return hits
 
 
+def test_walls_that_were_not_yet_damaged_must_count():
+    """Without them median and dispersion are too small."""
+    capacity = lognormal(np.random.default_rng(5), TRUTH, SCATTER, 2000)
+    lower, upper = brackets(capacity, np.arange(0.0, 10.5, 0.5))
+    survived = np.isinf(upper)
+    assert 0.25 < survived.mean() < 0.4
+    whole, dropped = fit_lognormal(lower, upper), fit_lognormal(lower[~survived], upper[~survived])
+    assert whole.median == pytest.approx(TRUTH, rel=0.04)
+    assert whole.dispersion == pytest.approx(SCATTER, rel=0.08)
+    assert dropped.median < 0.85 * TRUTH
+    assert dropped.dispersion < 0.8 * SCATTER
+
+
 # -- reading a study ---------------------------------------------------------------------------------------------------
 
 
@@ -198,6 +211,16 @@ def test_nan_at_the_movement_of_a_reached_category_is_refused():
 
 
 # -- what a reader gets ------------------------------------------------------------------------------------------------
+
+
+def test_crossing_curves_are_flagged():
+    random = np.random.default_rng(3)
+    first = lognormal(random, 10.0, 0.05, 200)
+    second = first * np.exp(np.abs(0.8 * random.standard_normal(200)) + 0.01)
+    curves = fit_fragility(
+        study(np.column_stack((first, second)), end=60.0, increments=600), categories=[1, 2], bootstrap=0
+    )
+    assert curves.attrs["curves_cross"] == 1
 
 
 @pytest.mark.parametrize(

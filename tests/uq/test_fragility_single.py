@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import xarray as xr
-from scipy import special
+from scipy import optimize, special
 
 from damagepred.uq.exceedance import exceedance
-from damagepred.uq.fragility import capacities
+from damagepred.uq.fragility import capacities, fit_fragility
 from tests.uq.test_fragility import COMPLETE, FAILED, NAMES
 
 
@@ -25,6 +25,21 @@ def walls(random: np.random.Generator, count: int, median: float = 8.0, dispersi
     capacity = median * np.exp(dispersion * random.standard_normal(count))
     movement = random.uniform(1.0, 25.0, count)
     return study(movement, movement >= capacity)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_fit_is_that_of_a_probit_by_another_way(seed: int) -> None:
+    ds = walls(np.random.default_rng(seed), 300)
+    x, hit = np.log(ds["central_deflection"].values), ds["damage_category"].values == 1
+
+    def unlikely(at: np.ndarray) -> float:
+        z = at[0] + at[1] * x
+        return -float(special.log_ndtr(np.where(hit, z, -z)).sum())
+
+    a, b = optimize.minimize(unlikely, [-3.0, 1.5], method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12}).x
+    fit = fit_fragility(ds, categories=[1], bootstrap=0)
+    assert float(fit["median"][0]) == pytest.approx(np.exp(-a / b), rel=1e-6)
+    assert float(fit["dispersion"][0]) == pytest.approx(1 / b, rel=1e-6)
 
 
 def test_a_wall_s_capacity_lies_below_its_movement_or_above() -> None:

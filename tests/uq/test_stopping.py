@@ -80,6 +80,15 @@ def test_exceedance_counts_walls() -> None:
         exceedance(ds, 1, 0.0)
 
 
+def test_failed_walls_are_bounded_not_dropped() -> None:
+    ds = study(np.array([0.0035, 0.0065, 0.0125, 0.03]))
+    ds["status"][2] = 2
+    ds["damage_category"][2] = -1
+    found = exceedance(ds, 1, 0.02)
+    assert (found.failed, found.estimate.samples) == (1, 3)
+    assert (found.failed_undamaged, found.failed_damaged) == (0.5, 0.75)
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("replicates", [1, 8])
 def test_medians_cover(replicates: int) -> None:
