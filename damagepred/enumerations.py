@@ -13,7 +13,8 @@ LOCAL = {
     "tree": "ground movement at the tree",
     "pipe": "ground movement at the pipe",
     "tunnel": "ground movement over the tunnel",
-    "table": "largest ground movement",
+    "corner": "settlement of the corner",
+    **dict.fromkeys(("table", "tilt", "levels"), "largest ground movement"),
 }
 """Shapes with a local movement of the ground, with the name of their ``surface_movement``."""
 

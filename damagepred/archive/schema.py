@@ -301,7 +301,7 @@ BY_WALL = (
     *("crack_length_total", "psi"),
     *("base_crack_width_max", "dpc_opening_max", "dpc_separation_length", "dpc_slip_max", "footing_opening_max"),
     *("footing_separation_length", "tilt_max", "slope_max", "base_slope_max", "central_deflection"),
-    *("deflection_ratio", "base_reaction", "control_joint_opening_max", "control_joint_closing_max"),
+    *("deflection_ratio", "base_reaction", "control_joint_opening_max", "control_joint_closing_max", "deviation_level"),
 )
 """Results that a house has for each wall, as ``wall_<name>``; ``<name>`` is the largest of all walls."""
 OF_HOUSE = {

@@ -577,18 +577,34 @@ def wall_table(ds: xr.Dataset) -> None:
     """Print the path of a wall, one line per increment."""
     from damagepred.archive.cautions import wall_cautions
     from damagepred.cli.sentences import zones_lines
-    from damagepred.results.house import is_house, wall_columns
+    from damagepred.results.house import is_house
     from damagepred.results.rejudge import footing_gap_note
     from damagepred.results.tables import Table, energy_rows, path_columns, quality_rows
 
     show(Table.brief(ds.attrs["title"], path_columns(ds)))
     if is_house(ds):
-        show(Table.brief(f"walls at the end; damaged: {int(ds['damaged_walls'][-1])}", wall_columns(ds)))
+        house_tables(ds)
     lines(zones_lines(ds))
     say("; ".join(" ".join(filter(None, row)) for row in quality_rows(ds)))
     if energy := energy_rows(ds):
         say("energy (J): " + "; ".join(f"{what} {value}" for what, value in energy))
     cautions([*wall_cautions(ds), *filter(None, [footing_gap_note(ds)])])
+
+
+def house_tables(ds: xr.Dataset) -> None:
+    """Print the walls of a house, where they meet, and the sides of its rooms."""
+    from damagepred.archive.schema import category_label
+    from damagepred.results.tables import Table, corner_columns, room_columns, wall_columns
+
+    category, damaged = category_label(ds, int(ds["damage_category"][-1])), int(ds["damaged_walls"][-1])
+    show(
+        Table.brief(f"walls at the end; house, by its worst wall: {category}; damaged: {damaged}", wall_columns(ds)),
+        Table.brief("corners at the end: upward force of the first wall on the second", corner_columns(ds)),
+    )
+    if FORM.full:
+        show(Table.brief("sides of the rooms at the end", room_columns(ds)))
+    else:
+        say("--full shows the sides of the rooms")
 
 
 def cautions(said: Sequence[str]) -> None:
@@ -621,7 +637,8 @@ def crack_table(cracks: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None
 def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
     """Print categories before and after another judgement: of a study's walls at worst, or of a wall's increments."""
     from damagepred.archive.schema import category_label
-    from damagepred.results.tables import Column, Table, path_columns, worst_category_columns
+    from damagepred.results.house import is_house
+    from damagepred.results.tables import Column, Table, path_columns, wall_columns, worst_category_columns
 
     title = str(before.attrs.get("title", ""))
     if "sample" in before["damage_category"].dims:
@@ -633,6 +650,11 @@ def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
         at = [column.name for column in columns].index("category")
         columns[at : at + 1] = Column("", was, short="category\nbefore"), replace(columns[at], short="category\nafter")
         show(Table.brief(f"{title}: judged again", columns))
+    if is_house(before) and "contact" in before.dims:
+        was = [category_label(before, int(c)) for c in before["wall_damage_category"].values[-1]]
+        name, width, category, *_ = wall_columns(after)
+        columns = [name, width, Column("", was, short="category\nbefore"), replace(category, short="category\nafter")]
+        show(Table.brief("walls at the end", columns))
     lines([*str(after.attrs["judgement"]).split("; "), *_levels(after)])
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -97,13 +97,17 @@ class JointMap:
     def from_dataset(cls, ds: xr.Dataset, *, with_blocks: bool = False) -> JointMap:
         """Map of an archived wall; the blocks are found if requested, or if ``ends`` needs them."""
         if "wall" in ds.dims:
-            raise InputError("the file has a house; take one wall out of it: damagepred.results.house.wall_dataset.")
+            raise InputError("the file has a house; take one wall out of it: ds.damagepred.wall(name).")
         shape = (int(ds["contact_interface"].values[-1]) + 1, -1)
         x, y, length, kind = (ds[f"contact_{name}"].values.reshape(shape) for name in ("x", "y", "length", "kind"))
         normal = np.column_stack([ds[f"contact_normal_{axis}"].values.reshape(shape)[:, 0] for axis in "xy"])
         joints = cls.from_contacts(x, y, length, normal, kind[:, 0])
         wanted = with_blocks or x.shape[1] == 1
         return replace(joints, blocks=_blocks_beside(ds, joints)) if wanted else joints
+
+    def part(self, number: IntArray) -> JointMap:
+        """Map of a selection of interfaces."""
+        return JointMap(*(getattr(self, field.name)[number] for field in fields(self)))
 
     @cached_property
     def is_dpc(self) -> BoolArray:

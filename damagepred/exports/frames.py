@@ -12,6 +12,7 @@ from damagepred.archive.schema import CATEGORY_VARIABLES, VARIABLES
 from damagepred.enumerations import SampleStatus, flag_meanings
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
+from damagepred.results.house import is_house, wall_dataset, wall_names
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -119,7 +120,7 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
 
 @checked
 def frame(ds: xr.Dataset) -> pd.DataFrame:
-    """Dataset as a table: one row per increment of a wall, per wall of a study, or per point of curves.
+    """Dataset as a table: one row per increment of each wall, per sample of a study, or per point of curves.
 
     Parameters
     ----------
@@ -129,7 +130,8 @@ def frame(ds: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        See ``walls_frame`` and ``curves_frame``; for a wall, the variables with one value per increment.
+        See ``walls_frame`` and ``curves_frame``; for a wall, the variables with one value per increment; for a house,
+        the same of each wall.
 
     Examples
     --------
@@ -138,10 +140,15 @@ def frame(ds: xr.Dataset) -> pd.DataFrame:
     >>> damagepred.frame(damagepred.solve(scene))["damage_category"].tolist()
     [0, 0, 0]
     """
+    import pandas as pd
+
     if "sample" in ds.sizes:
         return walls_frame(ds)
     if "increment" not in ds.sizes:
         return curves_frame(ds)
+    if is_house(ds):
+        walls = {name: frame(wall_dataset(ds, name)) for name in wall_names(ds)}
+        return pd.concat(walls, names=["wall"])
     of_increments = [name for name in ds.data_vars if ds[name].dims == ("increment",)]
     return ds[of_increments].to_dataframe()
 

@@ -15,6 +15,7 @@ from damagepred.inputs.arguments import checked
 from damagepred.plotting.categories import not_reached, shade_bands, table_of, width_scale
 from damagepred.plotting.colours import CATEGORY_COLOURS, DPC_COLOUR, FOOTING_GAP_COLOUR
 from damagepred.plotting.sheet import MM, axes_or_new, label_movement, legend_below, require, set_title, title_of
+from damagepred.results.house import is_house
 from damagepred.results.rejudge import shown_gaps
 from damagepred.uq.intensity import movement_measure, movement_words
 
@@ -32,7 +33,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     ds : xarray.Dataset
-        Result of one wall (``damagepred.solve``).
+        Result of one wall, or of a house: the largest of all walls (``damagepred.solve``).
     ax : Axes, optional
         Axes to draw on; by default on a new figure.
 
@@ -48,8 +49,12 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     >>> ax.get_xlabel()
     'central deflection (mm)'
     """
-    needed = ("crack_width_max", "dpc_opening_max", "central_deflection", "damage_category")
-    require(ds, needed, "the result of one wall (`damagepred solve`)")
+    movement = [] if is_house(ds) else ["central_deflection"]
+    require(
+        ds,
+        ("crack_width_max", "dpc_opening_max", "damage_category", *movement),
+        "the result of one wall (`damagepred solve`)",
+    )
     ax = axes_or_new(ax, 8.5, 5.0)
     table, in_stages = table_of(ds), "crack_width_worst" in ds.variables
     x = ds["time"].values if is_dynamic(ds) else ds[movement_measure(ds)].values * MM

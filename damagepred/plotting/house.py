@@ -1,7 +1,10 @@
-"""A house: its plan with the ground and the damage of its walls, and all walls unfolded."""
+"""A house: plan with the ground and the damage of its walls, walls unfolded, and an axonometric drawing."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,14 +13,28 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.plotting.categories import name_of, table_of
 from damagepred.plotting.colours import BRICK_COLOURS, BRICK_EDGE, CATEGORY_COLOURS, FOOTING_COLOUR
 from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.sheet import MM, axes_or_new, elevation, figure_of, set_title, small, title_of, verbatim
-from damagepred.results.house import wall_dataset
+from damagepred.plotting.geometry import Faces, polygons, round_exaggeration
+from damagepred.plotting.sheet import (
+    MM,
+    axes_or_new,
+    elevation,
+    figure_of,
+    height_to_scale,
+    legend_below,
+    moved_to,
+    set_title,
+    small,
+    title_of,
+    verbatim,
+)
+from damagepred.results.house import house_of, unfolded, unfolded_places
 from damagepred.scene import House
-from damagepred.scene.scene import archived_scene
+from damagepred.scene.plan import PlanWall
 
 GRID = 61
 """Points of the ground along each axis of the plan."""
@@ -59,7 +76,10 @@ def draw_plan(house: House, ds: xr.Dataset | None = None, ax: Axes | None = None
         level = abs(wall.direction[0]) > abs(wall.direction[1])  # its name lies along it
         place: dict[str, Any] = {"ha": "center", "va": "center", "rotation": 0 if level else 90, "fontsize": small(ax)}
         place |= {"xytext": tuple(12.0 * np.array([-1.0, 1.0]) * wall.direction[::-1]), "textcoords": "offset points"}
-        ax.annotate(label, tuple(wall.points(np.array(0.5 * wall.length))), **place)
+        number = house.names.index(wall.name)
+        cuts = [x for j in house.junctions for w, x in zip(j.walls, j.x) if w == number]
+        start, end = max(pairwise(sorted({0.0, wall.length, *cuts})), key=lambda bay: bay[1] - bay[0])
+        ax.annotate(label, tuple(wall.points(np.array(0.5 * (start + end)))), **place)
     ax.plot(*np.array([j.point for j in house.junctions]).reshape(-1, 2).T, "o", color="black", markersize=3.5)
     ax.set_aspect("equal")
     ax.set_xlabel("x (m)")
@@ -73,37 +93,184 @@ def draw_plan(house: House, ds: xr.Dataset | None = None, ax: Axes | None = None
     return ax
 
 
-def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Walls of a house side by side at the end of their path, with cracks in the colour of their category."""
-    house = archived_scene(ds.attrs)
-    assert isinstance(house, House)
-    length = sum(wall.length for wall in house.wall)
-    gap, height = 0.04 * length, max(wall.height for wall in house.wall)
-    width = length + gap * (len(house.wall) - 1)
-    ax = axes_or_new(ax, 14.0, min(max(14.0 * 1.5 * height / width + 1.5, 3.0), 9.0))
-    parts = [wall_dataset(ds, wall.name) for wall in house.wall]
-    factor = min(Deformed.of(part, -1, None).factor for part in parts)
-    table, left = table_of(ds), 0.0
-    for number, (wall, part) in enumerate(zip(house.wall, parts)):
-        drawn, shift = Deformed.of(part, -1, factor), np.array([left, 0.0])
-        for chosen, colour in ((~drawn.footing, BRICK_COLOURS[number % 2]), (drawn.footing, FOOTING_COLOUR)):
-            shapes = [drawn.outlines[i] + shift for i in np.flatnonzero(chosen)]
-            ax.add_collection(PolyCollection(shapes, facecolors=colour, edgecolors=BRICK_EDGE, linewidths=0.3))
-        faces = drawn.faces
-        cracks = faces.pick(faces.is_mortar & (faces.crack > HAIRLINE))
-        gaps = drawn.gaps(cracks) + shift
-        colours = [CATEGORY_COLOURS[int(c)] for c in table.by_width(cracks.crack)]
-        lines = list((gaps[:, :2] + gaps[:, [3, 2]]) / 2)
-        ax.add_collection(LineCollection(lines, colors=colours, linewidths=2.0, zorder=4, label=f"cracks {wall.name}"))
-        width, category = MM * float(part["crack_width_max"][-1]), int(part["damage_category"][-1])
-        words = f"{wall.name}: {width:.2f} mm, category {category}"
-        ax.text(left + 0.5 * wall.length, 1.08 * height, words, ha="center", va="bottom", fontsize=small(ax))
-        left += wall.length + gap
+def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -> Axes:
+    """Walls of a house side by side, with cracks in the colour of their category and the widest of each wall."""
+    house, drawn = house_of(ds), deformed_house(ds, increment)
+    places, height = unfolded_places(house), max(wall.height for wall in house.wall)
+    ax = axes_or_new(ax, 10.0, drawn.sheet_height(2.0))
+    for chosen, colour in ((~drawn.footing, BRICK_COLOURS[0]), (drawn.footing, FOOTING_COLOUR)):
+        shapes = [drawn.outlines[i] for i in np.flatnonzero(chosen)]
+        ax.add_collection(PolyCollection(shapes, facecolors=colour, edgecolors=BRICK_EDGE, linewidths=0.25))
+    wall_of, cracks = _cracks(ds, drawn)
+    gaps = drawn.gaps(cracks)
+    lines = list((gaps[:, :2] + gaps[:, [3, 2]]) / 2)
+    colours = _crack_colours(ds, cracks.crack)
+    ax.add_collection(LineCollection(lines, colors=colours, linewidths=2.2, zorder=4, label="cracks"))
+    widths, categories = (ds[f"wall_{name}"].values[increment] for name in ("crack_width_max", "damage_category"))
+    for number, (wall, (left, level)) in enumerate(zip(house.wall, places)):
+        words = f"{wall.name}: {MM * widths[number]:.2f} mm, category {categories[number]}"
+        ax.text(left, level + 1.1 * height + 0.2, words, va="bottom", fontsize=small(ax))
+        own = np.flatnonzero(wall_of == number)
+        if own.size:
+            widest = own[cracks.crack[own].argmax()]
+            ax.annotate(
+                f"{MM * cracks.crack[widest]:.2f}",
+                gaps[widest].mean(axis=0),
+                (8, -8),
+                textcoords="offset points",
+                fontsize=small(ax),
+                zorder=6,
+                bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
+            )
+    for junction in house.junctions:
+        for wall, x, other in zip(junction.walls, junction.x, junction.walls[::-1]):
+            left, level = places[wall]
+            side = {0.0: "left", house.wall[wall].length: "right"}.get(x, "center")
+            foot = level - house.footing.depth - 0.17 * height
+            ax.text(left + x, foot, house.names[other], ha=side, va="top", fontsize=0.9 * small(ax), color="0.4")
     elevation(ax)
-    ax.update_datalim([(0.0, 1.35 * height)])
-    ax.autoscale_view()
-    ax.set_xlabel("walls side by side, each from its start (m)")
-    worst = int(ds["damage_category"][-1])
-    damaged = f"{int(ds['damaged_walls'][-1])} of {len(house.wall)} walls are damaged"
-    set_title(ax, title_of(ds, "house"), f"worst wall: category {worst} ({name_of(ds, worst)}); {damaged}", drawn.scale)
+    ax.set_xlim(min(0.0, drawn.shape[:, 0].min()) - 0.2, drawn.shape[:, 0].max() + 0.2)
+    low = min(y for _, y in places) - house.footing.depth - 0.5 * height
+    ax.set_ylim(low, 1.1 * height + 0.8)
+    ax.set_axis_off()
+    ax.plot([0.0, 2.0], [low, low], color="black", linewidth=2.0, solid_capstyle="butt")
+    ax.text(2.2, low, "2 m; walls from start to end, below them the walls they meet", va="center", fontsize=small(ax))
+    _category_legend(ds, ax, categories)
+    set_title(ax, title_of(ds, "house"), *_worst(ds, drawn))
     return ax
+
+
+def deformed_house(ds: xr.Dataset, increment: int = -1, exaggeration: float | None = None) -> Deformed:
+    """House unfolded; by default the factor on displacements suits its longest wall."""
+    drawn = Deformed.of(unfolded(ds), increment, 1.0 if exaggeration is None else exaggeration)
+    if exaggeration is not None:
+        return drawn
+    longest = max(wall.length for wall in house_of(ds).wall)
+    return replace(drawn, factor=round_exaggeration(drawn.shape - drawn.points, longest))
+
+
+def _cracks(ds: xr.Dataset, drawn: Deformed) -> tuple[IntArray, Faces]:
+    """Number of the wall of each open joint, and the joints."""
+    faces, first = drawn.faces, np.unique(ds["contact_interface"].values, return_index=True)[1]
+    cracked = faces.is_mortar & (faces.crack > HAIRLINE)
+    return ds["contact_wall"].values[first][cracked], faces.pick(cracked)
+
+
+def _crack_colours(ds: xr.Dataset, widths: FloatArray) -> list[str]:
+    """Colour of the category of each width."""
+    return [CATEGORY_COLOURS[int(c)] for c in table_of(ds).by_width(widths)]
+
+
+def _category_legend(ds: xr.Dataset, ax: Axes, categories: FloatArray) -> None:
+    """Legend of the categories up to the worst, below the axes."""
+    shown = range(int(max(categories)) + 1)
+    lines = [Line2D([], [], color=CATEGORY_COLOURS[c], linewidth=5, label=f"{c} {name_of(ds, c)}") for c in shown]
+    legend_below(ax, lines, inches=0.1)
+
+
+def _worst(ds: xr.Dataset, drawn: Deformed) -> tuple[str, str]:
+    """Category of the house, by its worst wall, and number of damaged walls in words; movement and scale."""
+    worst, damaged = (int(ds[name][drawn.increment]) for name in ("damage_category", "damaged_walls"))
+    words = f"worst wall: category {worst} ({name_of(ds, worst)}); {damaged} of {ds.sizes['wall']} walls damaged"
+    return words, f"at {moved_to(ds, drawn.increment)}; {drawn.scale}"
+
+
+AZIMUTH, ELEVATION = np.radians(30.0), np.radians(38.0)
+"""Direction of view of the axonometric drawing."""
+CORNER_REACH = 0.4
+"""Distance from a corner (m) within which blocks show how a wall moves there."""
+
+
+def draw_axonometric(
+    ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exaggeration: float | None = None
+) -> Axes:
+    """Deformed house from above and one side. Walls lean between their corners so that the corners stay joined.
+
+    The model moves each wall in its own plane alone; across it the drawing follows the walls that meet it.
+    """
+    house, drawn = house_of(ds), deformed_house(ds, increment, exaggeration)
+    places, wall_of = np.array(unfolded_places(house)), ds["block_wall"].values
+    crack_wall, cracks = _cracks(ds, drawn)
+    corner_wall = wall_of[drawn.block]
+    lean = _lean(house, drawn.points - places[corner_wall], drawn.shape - drawn.points, corner_wall)
+    before = polygons(drawn.points, drawn.block)
+    before += [np.stack((s, e, e, s)) for s, e in zip(cracks.start, cracks.end)]
+    seen, depth = [], []
+    for shape, still, number in zip([*drawn.outlines, *drawn.gaps(cracks)], before, [*wall_of, *crack_wall]):
+        wall, (x, z), at = house.wall[number], (shape - places[number]).T, still - places[number]
+        seen.append(_project(wall.points(x) + lean(number, at)[:, None] * _normal(wall), z))
+        depth.append(float((wall.points(at[:, 0]) @ _away()).mean()))
+    tones = [BRICK_COLOURS[0] if abs(w.direction @ _away()) > 0.6 else BRICK_COLOURS[2] for w in house.wall]
+    fill = [FOOTING_COLOUR if foot else tones[n] for foot, n in zip(drawn.footing, wall_of)]
+    fill += ["white"] * len(crack_wall)
+    edge = [BRICK_EDGE] * len(wall_of) + _crack_colours(ds, cracks.crack)
+    line = [0.25] * len(wall_of) + [1.6] * len(crack_wall)
+    nearer = np.arange(len(seen)) >= len(wall_of)  # a crack lies over the bricks beside it
+    order = np.argsort(0.15 * nearer - np.array(depth), kind="stable")
+    ax = axes_or_new(ax, 8.0, height_to_scale(np.concatenate(seen), 1.9, 7.6))
+    ax.add_collection(
+        PolyCollection(
+            [seen[k] for k in order],
+            facecolors=[fill[k] for k in order],
+            edgecolors=[edge[k] for k in order],
+            linewidths=[line[k] for k in order],
+            snap=False,
+            label="blocks and cracks",
+        )
+    )
+    categories = ds["wall_damage_category"].values[increment]
+    for number, wall in enumerate(house.wall):
+        top = _project(wall.points(np.array([0.0, wall.length])), np.full(2, wall.height))
+        base = _project(wall.points(np.array([0.0, wall.length])), np.zeros(2))
+        ax.plot(*base.T, color="0.5", linewidth=0.6, linestyle=(0, (6, 4)))
+        words = f"{wall.name}: {categories[number]}"
+        box = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": CATEGORY_COLOURS[categories[number]]}
+        place = {"ha": "center", "va": "bottom", "fontsize": small(ax), "zorder": 6, "bbox": box}
+        ax.annotate(words, tuple(top.mean(axis=0)), (0, 5), textcoords="offset points", **place)  # type: ignore[arg-type]
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    ax.autoscale_view()
+    _category_legend(ds, ax, categories)
+    set_title(ax, title_of(ds, "house"), *_worst(ds, drawn), "dashed: top of the footings before any movement")
+    return ax
+
+
+def _away() -> FloatArray:
+    """Unit vector in plan away from the viewer."""
+    return np.array([-np.sin(AZIMUTH), np.cos(AZIMUTH)])
+
+
+def _normal(wall: PlanWall) -> FloatArray:
+    """Unit vector across a wall, to the left of its direction."""
+    return wall.direction[::-1] * [-1.0, 1.0]
+
+
+def _project(plan: FloatArray, z: FloatArray) -> FloatArray:
+    """Places on the drawing (k, 2) of points in plan (k, 2) at heights (k,)."""
+    across = plan @ np.array([np.cos(AZIMUTH), np.sin(AZIMUTH)])
+    return np.column_stack((across, z * np.cos(ELEVATION) + (plan @ _away()) * np.sin(ELEVATION)))
+
+
+def _lean(
+    house: House, points: FloatArray, moved: FloatArray, wall_of: IntArray
+) -> Callable[[int, FloatArray], FloatArray]:
+    """Displacement across a wall, linear between its corners, where it follows the walls that meet it."""
+    bends: dict[int, list[tuple[float, float, float]]] = {number: [] for number in range(len(house.wall))}
+    for junction in house.junctions:
+        lines = []  # displacement along each of the two walls: at the base, and per height
+        for number, x in zip(junction.walls, junction.x):
+            near = (wall_of == number) & (np.abs(points[:, 0] - x) < CORNER_REACH)
+            lines.append(np.polynomial.polynomial.polyfit(points[near, 1], moved[near, 0], 1))
+        axes = np.array([house.wall[number].direction for number in junction.walls])
+        if abs(np.linalg.det(axes)) > 0.1:
+            both = np.linalg.solve(axes, np.array(lines))  # in plan
+            for number, x in zip(junction.walls, junction.x):
+                bends[number].append((x, *(_normal(house.wall[number]) @ both)))
+
+    def lean(number: int, at: FloatArray) -> FloatArray:
+        if not bends[number]:
+            return np.zeros(len(at))
+        x, base, slope = np.array(sorted(bends[number])).T
+        return np.asarray(np.interp(at[:, 0], x, base) + at[:, 1] * np.interp(at[:, 0], x, slope))
+
+    return lean

@@ -32,16 +32,15 @@ from damagepred.plotting.footing import draw_dpc_opening, draw_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.geometry import has_zones
 from damagepred.plotting.history import draw_history
-from damagepred.plotting.house import draw_plan, draw_unfolded
+from damagepred.plotting.house import deformed_house, draw_axonometric, draw_plan, draw_unfolded
 from damagepred.plotting.scene import draw_scene
 from damagepred.plotting.sheet import DPI, figure_of, new_figure, require, set_title, spread_evenly, title_of
 from damagepred.plotting.stress import stress_levels
 from damagepred.plotting.study import draw_category_shares
 from damagepred.plotting.wall import draw_wall
-from damagepred.results.house import is_house
+from damagepred.results.house import house_of, is_house
 from damagepred.results.rejudge import shown_gaps
 from damagepred.scene import House, Scene
-from damagepred.scene.scene import archived_scene
 from damagepred.uq.fragility import fit_fragility
 
 MOST_FRAMES, FRAME_DPI, FRAME_TIME = 41, 80, 200
@@ -53,7 +52,7 @@ GOODNESS = 100
 
 @checked
 def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
-    """Draw one wall, or a house: ``plan.png`` and ``unfolded.png``.
+    """Draw one wall, or a house: ``plan.png``, ``unfolded.png`` and ``house.png``.
 
     ``wall.png``, ``dpc_opening.png``, ``opening_width.png`` if it has openings, ``history.png``, and ``cracks.png`` and
     ``stress_xx.png`` for a static path; of a footing that finds its own form ``footing.png``, and on jacks
@@ -88,10 +87,8 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     """
     check_output(folder)
     if is_house(ds):
-        house = archived_scene(ds.attrs)
-        assert isinstance(house, House)
-        plan, unfolded = figure_of(draw_plan(house, ds)), figure_of(draw_unfolded(ds))
-        return _save_all({"plan.png": plan, "unfolded.png": unfolded}, folder)
+        drawings = {"plan": draw_plan(house_of(ds), ds), "unfolded": draw_unfolded(ds), "house": draw_axonometric(ds)}
+        return _save_all({f"{name}.png": figure_of(ax) for name, ax in drawings.items()}, folder)
     sheets = {"wall.png": figure_of(draw_wall(ds)), "dpc_opening.png": figure_of(draw_dpc_opening(ds))}
     if "footing" in shown_gaps(ds):
         sheets["footing_opening.png"] = figure_of(draw_dpc_opening(ds, bed="footing"))
@@ -197,7 +194,7 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
 
 @checked
 def save_animation(ds: xr.Dataset, path: str | Path) -> Path:
-    """Draw the path of a wall as a moving picture (GIF), with the exaggeration of its end.
+    """Draw the path of a wall or a house as a moving picture (GIF), with the exaggeration of its end.
 
     Parameters
     ----------
@@ -227,15 +224,16 @@ def save_animation(ds: xr.Dataset, path: str | Path) -> Path:
     from PIL import Image  # matplotlib requires it
 
     check_output(file := Path(path), ".gif", new_folder=True)
-    end = draw_wall(ds)
-    figure, factor = figure_of(end), Deformed.of(ds, -1, None).factor
+    draw_state = draw_axonometric if is_house(ds) else draw_wall
+    end = draw_state(ds)
+    figure, factor = figure_of(end), (deformed_house(ds) if is_house(ds) else Deformed.of(ds, -1, None)).factor
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     box, place, limits = figure.get_tightbbox().padded(0.1), end.get_position(), (*end.get_xlim(), *end.get_ylim())
     frames = []
     for step in spread_evenly(ds.sizes["increment"], MOST_FRAMES):
         figure.clear()
-        ax = draw_wall(ds, figure.add_subplot(), increment=int(step), exaggeration=factor)
+        ax = draw_state(ds, figure.add_subplot(), increment=int(step), exaggeration=factor)
         ax.set_position(place)
         ax.axis(limits)
         figure.savefig(stream := BytesIO(), dpi=FRAME_DPI, bbox_inches=box)

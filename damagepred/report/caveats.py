@@ -15,7 +15,7 @@ from damagepred.formatting import length, number
 from damagepred.report.inputs import unsure
 from damagepred.report.parts import Section, Text
 from damagepred.results.tables import curve_notes
-from damagepred.scene import Joint, Scene
+from damagepred.scene import House, Joint, Scene
 from damagepred.scene.assumed import assumed_ground, assumed_seasons, assumed_slow_strains
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.fragility.describe import median_lower_bound
@@ -37,8 +37,11 @@ def slip_law(joint: Joint) -> str:
 def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
     """Return limits of the model of one wall, and assumptions of the ground that are not ``sampled``."""
     said = [
-        "One straight wall in its own plane. Return walls, floors, roof and foundations that tie it in, movement out "
-        "of its plane, and torsion of the house are not in the model.",
+        "Straight walls, each in its own plane, which pass vertical shear where they meet. The push of a wall's end on "
+        "another wall, floors, roof, movement out of the planes, and torsion of the footings are not in the model."
+        if isinstance(scene, House)
+        else "One straight wall in its own plane. Return walls, floors, roof and foundations that tie it in, movement "
+        "out of its plane, and torsion of the house are not in the model.",
     ]
     if scene.dynamics is None:
         absent = [
@@ -99,8 +102,9 @@ def wall_caveats(ds: xr.Dataset, scene: Scene) -> Section:
     said.append(
         "This is one sampled wall of a study. Others of the same study may look quite different."
         if "sample" in ds.attrs
-        else "This is one wall with the values stated. Real joints scatter, and scatter decides places and widths of "
-        "cracks: a study of many walls gives the probability of each category."
+        else f"This is one {'house' if isinstance(scene, House) else 'wall'} with the values stated. Real joints "
+        "scatter, and scatter decides places and widths of cracks: a study of many gives the probability of each "
+        "category."
     )
     if int(ds.attrs.get("apex_limited_joints", 0)):
         said.append(
@@ -138,7 +142,10 @@ def study_caveats(ds: xr.Dataset, curves: xr.Dataset, settings: StudySettings, m
             f"{count} walls ended before the full movement, where jacks or supports carry no load any more; categories "
             "not reached there count as not yet reached."
         )
-    said.append("Walls are single walls: walls of a house, and houses of a street, share bricks, builders and ground.")
+    if not isinstance(settings.scene, House):
+        said.append(
+            "Walls are single walls: walls of a house, and houses of a street, share bricks, builders and ground."
+        )
     return Section(
         "caveats", "What to keep in mind", [Text([], said + model_caveats(settings.scene, settings.variables))]
     )

@@ -22,6 +22,7 @@ from damagepred.report.back_analysis import back_analysis_section
 from damagepred.report.caveats import study_caveats
 from damagepred.report.comparison import comparison_parts
 from damagepred.report.cracks import crack_parts
+from damagepred.report.house import house_damage, house_drawings, walls_table
 from damagepred.report.inputs import given_of, input_section, place_in_words, units_of
 from damagepred.report.limits import study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Text, drawing
@@ -29,6 +30,7 @@ from damagepred.report.quality import common_movement, monte_carlo, study_qualit
 from damagepred.report.summary import answers, asked_movement, influences, movement_number, study_summary
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
+from damagepred.results.house import is_house
 from damagepred.results.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words
 from damagepred.results.tables import Table, curve_columns, worst_category_columns, year_columns
 from damagepred.uq.exceedance import own_movements
@@ -87,7 +89,8 @@ def study_page(
         wall, cracks = [], [_NO_PATHS]
     return Page(
         title=str(ds.attrs.get("title", "study")),
-        subtitle=f"How likely is each damage category of a wall? A Monte Carlo study, {written[:10]}",
+        subtitle=f"How likely is each damage category of a {'house' if is_house(ds) else 'wall'}? A Monte Carlo study, "
+        f"{written[:10]}",
         warnings=_warnings(folder, ds),
         question=question,
         answers=[*study_summary(ds, found), *([influence] if influence else [])],
@@ -95,6 +98,7 @@ def study_page(
         head=folder.manifest().get("report") or {},
         first=[
             *wall,
+            *([walls_table(ds, wanted, confidence)] if is_house(ds) else []),
             _curves_drawing(curves, ds, wanted),
             *comparison_parts(folder.path, ds, measures, wanted, found, confidence),
         ],
@@ -272,8 +276,12 @@ def _typical(
     if chosen.worst != chosen.typical:
         with contextlib.suppress(DamagepredError):  # the page has no such drawing
             walls[f"worst, sample {chosen.worst}"] = solve_again(folder.path, chosen.worst, on_step)[0]
+    again = Text([f"{said} {_solved_again(comparison)}"])
+    if is_house(wall):
+        figures = house_drawings(wall, f"A typical house, sample {chosen.typical}. ", walls)
+        return figures, [again, *house_damage(wall), *crack_parts(wall)]
     figure = wall_drawing(wall, "typical", f"A typical wall, sample {chosen.typical}. ", walls)
-    return [figure], [Text([f"{said} {_solved_again(comparison)}"]), *crack_parts(wall)]
+    return [figure], [again, *crack_parts(wall)]
 
 
 def _measures(ds: xr.Dataset) -> Table:

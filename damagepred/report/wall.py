@@ -14,11 +14,13 @@ from damagepred.errors import InputError
 from damagepred.formatting import length, number, ratio
 from damagepred.report.caveats import wall_caveats
 from damagepred.report.cracks import crack_parts
+from damagepred.report.house import house_damage, house_drawings, house_facts
 from damagepred.report.inputs import given_of, input_section, units_of
 from damagepred.report.limits import wall_limits
 from damagepred.report.parts import Drawing, Listing, Page, Part, Section, drawing
 from damagepred.report.quality import wall_quality
 from damagepred.report.summary import wall_summary
+from damagepred.results.house import is_house
 from damagepred.results.rejudge import footing_gap_note, measure_in_words, shown_gaps
 from damagepred.results.tables import Table, path_columns
 from damagepred.scene import Scene
@@ -34,8 +36,9 @@ NEEDED = ("contact_opening", "damage_category", "crack_width_max", "central_defl
 
 def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
     """Return the report of one wall."""
+    house = is_house(ds)
     for name in NEEDED:
-        if name not in ds.variables:
+        if name not in ds.variables and not (house and name == "central_deflection"):
             raise InputError(
                 f"{origin}: is not the result of solve or replay (it has no {name}); a report needs one of these, or a "
                 "study folder."
@@ -45,18 +48,20 @@ def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
     scene = archived_scene(ds.attrs, f"{origin} scene")
     report = {} if scene.report is None else plain(scene.report)
     sampled = f", sample {int(ds.attrs['sample'])} of a study" if "sample" in ds.attrs else ""
-    at_limits = None if is_dynamic(ds) or "span" not in ds.attrs or "load_force" in ds else wall_limits(ds)
+    limited = not (house or is_dynamic(ds) or "span" not in ds.attrs or "load_force" in ds)
+    at_limits = wall_limits(ds) if limited else None
+    what = f"a house of {ds.sizes['wall']} walls" if house else "one wall"
     return Page(
         title=str(ds.attrs.get("title", "masonry wall")),
-        subtitle=f"Damage to one wall{sampled}, {written[:10]}",
+        subtitle=f"Damage to {what}{sampled}, {written[:10]}",
         warnings=_warnings(ds),
         question="As the ground moves:",
         answers=wall_summary(ds),
-        facts=_facts(ds, scene),
+        facts=house_facts(ds) if house else _facts(ds, scene),
         head=report,
-        first=[wall_drawing(ds, "wall"), _history(ds)],
+        first=[*(house_drawings(ds) if house else [wall_drawing(ds, "wall")]), _history(ds)],
         sections=[
-            Section("damage", "Damage", damage_parts(ds)),
+            Section("damage", "Damage", [*house_damage(ds), *crack_parts(ds)] if house else damage_parts(ds)),
             *filter(None, [at_limits]),
             wall_caveats(ds, scene),
         ],

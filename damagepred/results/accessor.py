@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 @xr.register_dataset_accessor("damagepred")
 class DatasetAccessor:
-    """Methods on the dataset of a study or of curves.
+    """Methods on the dataset of a study, of curves or of a house.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        Result of ``open_study`` or ``fit_fragility``.
+        Result of ``open_study``, ``fit_fragility``, or ``solve`` of a house.
     """
 
     def __init__(self, ds: xr.Dataset) -> None:
@@ -36,6 +36,23 @@ class DatasetAccessor:
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *map(str, self._ds.variables)]
+
+    def wall(self, name: str) -> xr.Dataset:
+        """Return the result of one wall of a house, or of a study of houses, as of a wall alone.
+
+        Parameters
+        ----------
+        name : str
+            Name of the wall.
+
+        Raises
+        ------
+        InputError
+            If the dataset is not of a house, or the house has no such wall.
+        """
+        from damagepred.results.house import wall_dataset
+
+        return wall_dataset(self._ds, name)
 
     def category(self, name: str) -> int:
         """Return the number of a damage category, such as 2 for "slight".

@@ -1,22 +1,42 @@
-"""One wall out of the result of a house."""
+"""Results of a house by wall and by room, and one wall out of the result of a house."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import BY_WALL, OF_HOUSE, category_label
+from damagepred.archive.schema import BY_WALL, OF_HOUSE, Variable, dataset
+from damagepred.enumerations import PathStatus
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
-from damagepred.results.tables import Column
 from damagepred.scene import House
+from damagepred.scene.plan import PLAN_TOLERANCE
 from damagepred.scene.scene import archived_scene
 
 PLACES = ("block", "contact", "vertex", "opening", "section")
+"""Dimensions along which the walls of a house follow each other."""
+NOT_OF_HOUSE = ("central_deflection", "deflection_ratio", "base_reaction")
+"""Results of each wall whose largest value says nothing about the house; the reaction is a sum."""
+_SIDE, _SIDES = ("side",), ("increment", "side")
+SIDE_VARIABLES: dict[str, Variable] = {
+    "side_room": Variable(_SIDE, "1", "number of the room, from 1, rooms with a smaller y and then x first"),
+    "side_wall": Variable(_SIDE, "1", "number of the wall, from 0"),
+    "side_start": Variable(_SIDE, "m", "start of the side along its wall"),
+    "side_end": Variable(_SIDE, "m", "end of the side along its wall"),
+    "side_crack_width_max": Variable(_SIDES, "m", "widest joint of the wall proper between start and end"),
+    "side_damage_category": Variable(_SIDES, None, "damage category of the wall proper between start and end"),
+    "room_x": Variable(("room",), "m", "mean of the corners of the room in plan, x"),
+    "room_y": Variable(("room",), "m", "mean of the corners of the room in plan, y"),
+}
+"""Variables of ``room_sides``."""
 
 
 def is_house(ds: xr.Dataset) -> bool:
-    """Whether a dataset is the result of a house."""
+    """Whether a dataset is the result of a house, or of a study of houses."""
     return "wall" in ds.dims
 
 
@@ -25,47 +45,207 @@ def wall_names(ds: xr.Dataset) -> list[str]:
     return str(ds["wall"].attrs["flag_meanings"]).split()
 
 
-def wall_columns(ds: xr.Dataset) -> list[Column]:
-    """Cracks, category and corner forces of the walls of a house at the end, one row per wall."""
-    cracks, deflection = (1e3 * ds[f"wall_{name}"].values[-1] for name in ("crack_width_max", "central_deflection"))
-    categories = [category_label(ds, int(c)).replace(" ", "\u00a0") for c in ds["wall_damage_category"].values[-1]]
-    force = np.abs(ds["corner_shear_force"].values[-1])
-    sides = np.stack([ds[f"corner_{side}_wall"].values for side in ("first", "second")])
-    largest = [1e-3 * force[(sides == w).any(axis=0)].max(initial=0.0) for w in range(ds.sizes["wall"])]
-    return [
-        Column("wall", wall_names(ds), "", "wall", words=True),
-        Column("widest crack", [f"{v:.3f}" for v in cracks], "mm", "widest\ncrack\nmm"),
-        Column("category", categories, "", "damage\ncategory", words=True),
-        Column("deflection", [f"{v:.2f}" for v in deflection], "mm", "deflection\nof footing\nmm"),
-        Column("largest corner shear", [f"{v:.2f}" for v in largest], "kN", "corner\nshear\nkN"),
-    ]
+def house_of(ds: xr.Dataset) -> House:
+    """Plan of an archived house."""
+    house = archived_scene(ds.attrs)
+    if not isinstance(house, House):
+        raise InputError("ds: is the result of one wall; give the result of a house.")
+    return house
 
 
 @checked
 def wall_dataset(ds: xr.Dataset, name: str) -> xr.Dataset:
-    """Result of one wall of a house, with the variables of a wall solved alone.
+    """Result of one wall of a house, or of one wall in a study of houses, as of a wall alone.
 
     Energies and diagnostics are of the whole house; the ``scene`` has the ground along the wall as a table.
     """
     if not is_house(ds):
-        raise InputError("ds: is the result of one wall; give the result of a house.")
-    names = wall_names(ds)
+        raise InputError(f"wall = '{name}': this is the result of one wall; walls of a house have names.")
+    house, names = house_of(ds), wall_names(ds)
     if name not in names:
         raise InputError(f"wall = '{name}': the house has {', '.join(names)}." + nearest(name, names))
     number = names.index(name)
-    places = {dim: np.flatnonzero(ds[f"{dim}_wall"].values == number) for dim in PLACES if f"{dim}_wall" in ds}
+    walls = {dim: np.atleast_2d(ds[f"{dim}_wall"].values).max(axis=0) for dim in PLACES if f"{dim}_wall" in ds}
+    places = {dim: np.flatnonzero(of_places == number) for dim, of_places in walls.items()}
     one = ds.isel({**places, "wall": number}, drop=True)
-    own = {f"wall_{key}": key for key in BY_WALL if f"wall_{key}" in one}
-    one = one.drop_vars([key for key in own.values() if key in one]).rename(own)
-    one = one.drop_vars([key for key in OF_HOUSE if key in one.variables])
-    empty = [dim for dim in PLACES if dim in one.sizes and one.sizes[dim] == 0]
-    one = one.drop_dims(empty)
+    own = {f"{end}wall_{key}": f"{end}{key}" for key in BY_WALL for end in ("", "end_") if f"{end}wall_{key}" in one}
+    drop = [*(key for key in own.values() if key in one), *(key for key in OF_HOUSE if key in one and key not in own)]
+    if "contact" not in one.dims:  # a study has groups of cracks of the house alone
+        drop += [key for key in ("crack_group_width", "end_crack_group_width", "group_count") if key in one.variables]
+    one = one.drop_vars(drop).rename(own)
+    one = one.drop_dims([dim for dim in PLACES if one.sizes.get(dim) == 0])
     for key in ("vertex_block", "contact_interface", "contact_joint"):
-        one[key] = one[key] - one[key].min()
+        if key in one:
+            one[key] = one[key] - one[key].min()
     one = one.set_coords([key for key in ("central_deflection", "deflection_ratio") if key in one])
-    house = archived_scene(ds.attrs)
-    assert isinstance(house, House)
+    if one.attrs.get("status") == PathStatus.COLLAPSED and number != fallen_wall(ds):
+        one.attrs["status"] = str(PathStatus.COMPLETE)
     scene = house.scenes[number]
     return one.assign_attrs(
-        scene=scene.to_toml(), title=scene.title, span=scene.wall.length, thickness=scene.wall.thickness
+        scene=scene.to_toml(),
+        title=f"{ds.attrs.get('title', 'house')}: {name}",
+        span=scene.wall.length,
+        thickness=scene.wall.thickness,
     )
+
+
+def unfolded(ds: xr.Dataset) -> xr.Dataset:
+    """House with its walls side by side in one plane, in rows, as drawings of one wall take it."""
+    places = np.array(unfolded_places(house_of(ds)))
+    flat = ds.drop_dims(["wall", "corner"]).assign_coords(central_deflection=("increment", 0.0 * ds["progress"].values))
+    for dim in PLACES[:3]:
+        for axis, shift in zip("xy", places[ds[f"{dim}_wall"].values].T):
+            flat[f"{dim}_{axis}"] = (dim, flat[f"{dim}_{axis}"].values + shift, flat[f"{dim}_{axis}"].attrs)
+    return flat
+
+
+def unfolded_places(house: House) -> list[tuple[float, float]]:
+    """Left end and level (m) of each wall, in as many rows as a drawing of 4 : 3 has room for."""
+    lengths = [wall.length for wall in house.wall]
+    pitch, gap = 1.35 * max(wall.height for wall in house.wall) + 1.0, 0.1 * max(lengths)
+    runs = [sum(lengths[i:j]) + gap * (j - i - 1) for j in range(len(lengths) + 1) for i in range(j)]
+    places: list[tuple[float, float]] = []
+    for width in sorted(run for run in runs if run >= max(lengths)):
+        x, row, places = 0.0, 0, []
+        for length in lengths:
+            x, row = (0.0, row + 1) if x > 0.0 and x + length > width + 1e-9 else (x, row)
+            places.append((x, -row * pitch))
+            x += length + gap
+        if (row + 1) * pitch <= 0.75 * width:
+            break
+    return places
+
+
+def fallen_wall(ds: xr.Dataset) -> int:
+    """Number of the wall that has moved farthest at the end."""
+    moved = np.hypot(*(ds[f"block_displacement_{axis}"].values[-1] for axis in "xy"))
+    return int(ds["block_wall"].values[moved.argmax()])
+
+
+def wall_values(parts: Sequence[xr.Dataset]) -> dict[str, np.ndarray]:
+    """Results of each wall as ``wall_<name>``, the largest of all walls as ``<name>``, number of damaged walls."""
+    values: dict[str, np.ndarray] = {}
+    for name in BY_WALL:
+        if (holder := next((part for part in parts if name in part.variables), None)) is not None:
+            missing = np.full(holder[name].shape, np.nan)
+            each = [part[name].values if name in part.variables else missing for part in parts]
+            values[f"wall_{name}"] = np.stack(each, axis=-1)
+            if name not in NOT_OF_HOUSE:
+                values[name] = np.nanmax(values[f"wall_{name}"], axis=-1)
+    values["damaged_walls"] = (values["wall_damage_category"] >= 1).sum(axis=-1)
+    return values
+
+
+def crack_lists(ds: xr.Dataset, traced: Callable[[xr.Dataset], tuple[xr.Dataset, int]]) -> xr.Dataset:
+    """Cracks of all walls of a house in one list, numbered on from wall to wall; ``traced`` has those of one wall."""
+    parts, before = [], 0
+    for number, name in enumerate(names := wall_names(ds)):
+        part, count = traced(wall_dataset(ds, name))
+        dim = "crack" if "crack" in part.dims else "piece"
+        own = np.full(part.sizes[dim], number, dtype=np.int8)
+        flags = Variable((dim,), None, f"wall of the {dim}", tuple(names)).attributes()
+        part = part.assign({f"{dim}_wall": (dim, own, flags)}).drop_vars("central_deflection", errors="ignore")
+        key = "crack" if dim == "crack" else "piece_crack"
+        part[key] = (dim, part[key].values + before, part[key].attrs)
+        if "merged_into" in part:
+            part["merged_into"] = part["merged_into"].where(part["merged_into"] == 0, part["merged_into"] + before)
+        parts.append(part)
+        before += count
+    found = xr.concat(parts, dim, data_vars="minimal", coords="minimal", compat="override", combine_attrs="override")
+    kept = {key: ds.attrs[key] for key in ("title", "scene") if key in ds.attrs}
+    return found.assign_attrs({**parts[0].attrs, **kept})
+
+
+@checked
+def room_sides(ds: xr.Dataset) -> xr.Dataset:
+    """Cracks and category on each side of each room of a house: of a wall between the corners of the room.
+
+    Both rooms beside a wall have the same cracks: a wall is one leaf.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Result of a house, as ``damagepred.solve`` returns it.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``increment`` and ``side``, room by room; see ``SIDE_VARIABLES``.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of a house with its contacts.
+    """
+    from damagepred.damage import JointMap, judge
+    from damagepred.enumerations import ContactState
+    from damagepred.results.rejudge import archived_rules
+
+    house, rules = house_of(ds), archived_rules(ds)
+    rooms = room_bays(house)
+    parts = [wall_dataset(ds, name) for name in house.names]
+    joints = [JointMap.from_dataset(part, with_blocks=True) for part in parts]
+    found: dict[tuple[int, float, float], Any] = {}
+    for number, start, end in {bay for room in rooms for bay in room}:
+        whole, part = joints[number], parts[number]
+        middle = (whole.start[:, 0] + whole.end[:, 0]) / 2
+        rows = np.flatnonzero((middle >= start - 1e-6) & (middle <= end + 1e-6))
+        own, shape = whole.part(rows), whole.contact_x.shape
+        fields = [part[f"contact_{key}"].values.reshape(-1, *shape)[:, rows] for key in ("opening", "slip", "state")]
+        steps = [judge(own, o, s, c == ContactState.CRACKED, rules) for o, s, c in zip(*fields)]
+        category = np.array([step.damage_category for step in steps])
+        if (part["damage_category"].values[-1] == rules.table.highest) and part.attrs.get("status") == "collapsed":
+            category[-1] = rules.table.highest
+        found[number, start, end] = np.array([step.crack_width_max for step in steps]), category
+    sides = [(k + 1, *bay) for k, room in enumerate(rooms) for bay in room]
+    table = np.array(sides, dtype=np.float64).reshape(-1, 4).T
+    widths, categories = (np.array([found[side[1:]][k] for side in sides]).T for k in (0, 1))
+    centres = np.array([_corners(house, room).mean(axis=0) for room in rooms]).reshape(-1, 2)
+    values = {
+        "increment": ds["increment"].values,
+        **dict(zip(("side_room", "side_wall"), table[:2].astype(np.int64))),
+        **dict(zip(("side_start", "side_end"), table[2:])),
+        "side_crack_width_max": widths.reshape(ds.sizes["increment"], -1),
+        "side_damage_category": categories.reshape(ds.sizes["increment"], -1).astype(np.int8),
+        **dict(zip(("room_x", "room_y"), centres.T)),
+    }
+    sides_of = dataset(values, {"title": ds.attrs.get("title", "house")}, extra=SIDE_VARIABLES)
+    sides_of["side_damage_category"].attrs |= {
+        key: value for key, value in ds["damage_category"].attrs.items() if key != "long_name"
+    }
+    return sides_of
+
+
+Bay = tuple[int, float, float]
+
+
+def room_bays(house: House) -> list[list[Bay]]:
+    """Bays of walls around each room: the faces of the plan, each traced with the room on the left."""
+    bays, points = [], []
+    for number, wall in enumerate(house.wall):
+        cuts = {0.0, wall.length} | {j.x[j.walls.index(number)] for j in house.junctions if number in j.walls}
+        for start, end in pairwise(sorted(cuts)):
+            bays += [(number, start, end)] * 2
+            points += [wall.points(np.array([start, end])), wall.points(np.array([end, start]))]
+    ways = np.array(points)  # (k, 2, 2): from and to; way k ^ 1 goes back
+    angle = np.arctan2(*(ways[:, 1] - ways[:, 0]).T[::-1])
+
+    def following(k: int) -> int:
+        leave = np.flatnonzero(np.hypot(*(ways[:, 0] - ways[k, 1]).T) <= 3 * PLAN_TOLERANCE)
+        return int(leave[np.argmin((angle[k ^ 1] - angle[leave] - 1e-9) % (2 * np.pi))])
+
+    left, rooms = set(range(len(ways))), []
+    while left:
+        loop = [min(left)]
+        while (after := following(loop[-1])) != loop[0]:
+            loop.append(after)
+        left -= set(loop)
+        x, y = ways[loop, 0].T
+        if (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() > 1e-6:
+            rooms.append(list(dict.fromkeys(bays[k] for k in loop)))
+    return sorted(rooms, key=lambda room: tuple(np.round(_corners(house, room).mean(axis=0)[::-1], 3)))
+
+
+def _corners(house: House, room: Sequence[Bay]) -> np.ndarray:
+    """Ends of the bays of a room (k, 2) (m)."""
+    return np.concatenate([house.wall[number].points(np.array([start, end])) for number, start, end in room])

@@ -6,6 +6,7 @@ import json
 import tomllib
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
 
@@ -41,6 +42,7 @@ from damagepred.enumerations import ContactKind, ContactState, PathStatus, Sampl
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import read_toml
+from damagepred.results.house import is_house, wall_dataset, wall_names, wall_values
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Damage
 from damagepred.scene.reading import build
@@ -83,7 +85,7 @@ def judge_again(
     Parameters
     ----------
     ds : xarray.Dataset
-        As ``damagepred.solve``, ``open_study`` or ``read_dataset`` return it; not changed.
+        As ``damagepred.solve``, ``open_study`` or ``read_dataset`` return it; not changed. Of a house all walls.
     table : {"as2870", "bre251"}, path or DamageTable, optional
         Limits; a path that ends in .toml names a file like the tables in ``data/damage``.
     plasterboard : bool, optional
@@ -122,7 +124,7 @@ def judge_again(
     for name in ("damage_category", "crack_width_max"):
         if name not in ds:
             raise InputError(f"the dataset has no variable '{name}'; a wall or a study can be judged again.")
-    own = _archived_rules(ds)
+    own = archived_rules(ds)
     wanted = {
         "count_rule": count_rule,
         "group_distance": group_distance,
@@ -141,11 +143,15 @@ def judge_again(
     rules = own._replace(table=_table(own, table, plasterboard), **{name: getattr(validated, name) for name in given})
     judged = ds.copy()
     notes: list[str] = []
-    if "contact_opening" in ds:
-        _judge_wall(judged, rules)
-    else:
+    if "contact_opening" not in ds:
         notes = _judge_numbers(judged, own, rules)
-    for name in (*CATEGORY_VARIABLES, *(f"end_{name}" for name in CATEGORY_VARIABLES), WORST_CATEGORY):
+    elif not is_house(ds):
+        _judge_wall(judged, rules)
+    if is_house(ds):
+        again = partial(judge_again, table=table, plasterboard=plasterboard, **given)
+        _put_walls(judged, [again(wall_dataset(ds, name)) for name in wall_names(ds)])
+    by_wall = (f"wall_{name}" for name in (*CATEGORY_VARIABLES, WORST_CATEGORY))
+    for name in (*CATEGORY_VARIABLES, *(f"end_{name}" for name in CATEGORY_VARIABLES), WORST_CATEGORY, *by_wall):
         if name in judged:
             judged[name].attrs = category_attributes(
                 rules.table.category_names, f"{rules.table.name}; {rules.table.source}"
@@ -161,10 +167,24 @@ def judge_again(
 
 def archived_table(ds: xr.Dataset) -> DamageTable:
     """Damage table that a dataset was judged by."""
-    return _archived_rules(ds).table
+    return archived_rules(ds).table
 
 
-def _archived_rules(ds: xr.Dataset) -> Rules:
+def _put_walls(ds: xr.Dataset, parts: list[xr.Dataset]) -> None:
+    """Set the results of each wall of a house; a house with its contacts then has the largest of all walls."""
+    for name, value in wall_values(parts).items():
+        if name.startswith("wall_") or "contact" in ds.dims:
+            like = next(
+                (part[name.removeprefix("wall_")] for part in parts if name.removeprefix("wall_") in part), None
+            )
+            attributes = VARIABLES[name].attributes() if like is None else like.attrs
+            dims = VARIABLES[name].dims if "sample" not in ds.dims else ("sample", *VARIABLES[name].dims)
+            ds[name] = (dims, value, attributes | {"long_name": VARIABLES[name].long_name})
+    if "contact" in ds.dims:
+        ds["crack_group_width"].values[:] = np.max([part["crack_group_width"].values for part in parts], axis=0)
+
+
+def archived_rules(ds: xr.Dataset) -> Rules:
     """Return the rules that an archive was judged by; without a scene in it, the defaults."""
     rules = Rules.from_settings(**asdict(Damage(**tomllib.loads(str(ds.attrs.get("scene", ""))).get("damage", {}))))
     if "damage_measure" in ds.attrs:  # judged again
@@ -491,7 +511,7 @@ def footing_gap_note(ds: xr.Dataset) -> str:
     """Note on an uncounted gap along the footing bed that would raise the category; empty without any."""
     if "footing_opening_max" not in ds or has_dpc(ds):
         return ""
-    rules = _archived_rules(ds)
+    rules = archived_rules(ds)
     if rules.count_footing_gap:
         return ""
     gap, category = np.nan_to_num(ds["footing_opening_max"].values), ds["damage_category"].values

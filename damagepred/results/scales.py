@@ -15,6 +15,7 @@ from damagepred.damage.table import TABLES
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError, require_count
 from damagepred.inputs.arguments import checked
+from damagepred.results.house import is_house, wall_dataset, wall_names
 from damagepred.results.rejudge import judge_again
 from damagepred.results.simple_assessment import angular_distortion, simple_categories
 from damagepred.scene.scene import archived_scene
@@ -66,12 +67,11 @@ def compare_scales(ds: xr.Dataset, increment: int | None = None) -> xr.Dataset:
     >>> float(found["agreement"].sel(scale="AS 2870-2011 Table C1", other="BRE Digest 251"))
     1.0
     """
-    ground = list(_by_ground(ds))
-    judged = [*_by_cracks(ds), *_by_wall(ds), *ground]
+    judged = _by_each_wall(ds) if is_house(ds) else _judged(ds)
     left_out = [f"{name} is not held" for name in ("psi", "tilt_max", "opening_distortion") if name not in ds]
-    if not ground:
+    if not any("distortion" in one.name for one in judged):
         left_out.append("distortion and strain: no scene, or walls differ in size or kind of movement")
-    category = ds["damage_category"]
+    category = ds["wall_damage_category" if is_house(ds) else "damage_category"]
     last = category.sizes["increment"] - 1
     if increment is not None:
         require_count("increment", increment, 0)
@@ -104,6 +104,19 @@ def compare_scales(ds: xr.Dataset, increment: int | None = None) -> xr.Dataset:
         },
         attrs={"title": str(ds.attrs.get("title", "")), "left_out": "; ".join(left_out)},
     )
+
+
+def _judged(ds: xr.Dataset) -> list[_Judged]:
+    return [*_by_cracks(ds), *_by_wall(ds), *_by_ground(ds)]
+
+
+def _by_each_wall(ds: xr.Dataset) -> list[_Judged]:
+    """Judge each wall of a house; a wall without openings, for instance, has no level of some scales."""
+    walls = [{one.name: one for one in _judged(wall_dataset(ds, name))} for name in wall_names(ds)]
+    every = {name: one for wall in reversed(walls) for name, one in wall.items()}
+    unknown = np.full(ds["damage_category"].shape, -1, dtype=np.int8)
+    levels = {name: [wall[name].level if name in wall else unknown for wall in walls] for name in every}
+    return [one._replace(level=np.stack(levels[name], axis=-1)) for name, one in every.items()]
 
 
 def _pair(a: Int8Array, b: Int8Array, weights: FloatArray) -> tuple[float, float]:

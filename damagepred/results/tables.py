@@ -15,6 +15,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.formatting import chance, length, named, number, ratio, with_band
+from damagepred.results.house import room_sides, wall_names
 from damagepred.results.rejudge import has_dpc, shares, shown_gaps
 from damagepred.uq.capacity import highest_category
 from damagepred.uq.estimate import probability
@@ -148,6 +149,58 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
     return columns
 
 
+def wall_columns(ds: xr.Dataset) -> list[Column]:
+    """Cracks, category and deflection of the walls of a house at the end, one row per wall."""
+    categories = [category_label(ds, int(c)).replace(" ", "\u00a0") for c in ds["wall_damage_category"].values[-1]]
+
+    def in_mm(name: str, head: str, short: str, digits: str) -> Column:
+        return Column(head, [f"{MM * v:{digits}}" for v in ds[f"wall_{name}"].values[-1]], "mm", f"{short}\nmm")
+
+    return [
+        Column("wall", wall_names(ds), "", "wall", words=True),
+        in_mm("crack_width_max", "widest crack", "widest\ncrack", ".3f"),
+        Column("category", categories, "", "damage\ncategory", words=True),
+        in_mm("crack_band_width_max", "crack band", "crack\nband", ".3f"),
+        in_mm("central_deflection", "deflection of its footing", "deflection\nof footing", ".2f"),
+        in_mm("footing_opening_max", "bed on footing open by", "bed\nopening", ".3f"),
+    ]
+
+
+def corner_columns(ds: xr.Dataset) -> list[Column]:
+    """Vertical shear and slip where the walls of a house meet, at the end, one row per pair of walls."""
+    names = wall_names(ds)
+    sides = zip(*(ds[f"corner_{side}_wall"].values for side in ("first", "second")))
+    places = zip(ds["corner_x"].values, ds["corner_y"].values)
+    in_kn = {part: [f"{1e-3 * v:.2f}" for v in ds[f"corner_{part}_force"].values[-1]] for part in ("shear", "footing")}
+    return [
+        Column(
+            "first and second wall", [f"{names[a]}, {names[b]}" for a, b in sides], "", "walls that\nmeet", words=True
+        ),
+        Column("at x, y", [f"{x:.2f}, {y:.2f}" for x, y in places], "m", "at x, y\nm"),
+        Column("upward force on the second wall", in_kn["shear"], "kN", "corner\nshear\nkN"),
+        Column("upward force on its footing", in_kn["footing"], "kN", "between\nfootings\nkN"),
+        Column("largest slip", [f"{MM * v:.3f}" for v in ds["corner_slip_max"].values[-1]], "mm", "slip\nmm"),
+    ]
+
+
+def room_columns(ds: xr.Dataset) -> list[Column]:
+    """Cracks and category on the sides of the rooms of a house at the end, one row per side."""
+    sides, names = room_sides(ds.isel(increment=[-1])), wall_names(ds)
+    places = [f"{a:.2f} to {b:.2f}" for a, b in zip(sides["side_start"].values, sides["side_end"].values)]
+    rooms = [
+        f"{n} at {float(sides['room_x'][n - 1]):.1f}, {float(sides['room_y'][n - 1]):.1f} m"
+        for n in sides["side_room"].values
+    ]
+    categories = [category_label(ds, int(c)).replace(" ", "\u00a0") for c in sides["side_damage_category"].values[-1]]
+    return [
+        Column("room", rooms, "", "room", words=True),
+        Column("wall", [names[w] for w in sides["side_wall"].values], "", "wall", words=True),
+        Column("along it", places, "m", "along\nm"),
+        Column("widest crack", [f"{MM * v:.3f}" for v in sides["side_crack_width_max"].values[-1]], "mm", "crack\nmm"),
+        Column("category", categories, "", "damage\ncategory", words=True),
+    ]
+
+
 def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
     """Table of cracks: number, part, width, length, course and origin of cracks, one row per crack."""
     runs, brief = [], []
@@ -164,7 +217,9 @@ def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
         return Column(head, [number(v, 3) for v in values], "mm", short, [f"{v:.2f}" for v in values])
 
     places = list(zip(frame["crack_x"], frame["crack_y"]))
+    walls = [Column("wall", list(frame["crack_wall"]), "", "wall", words=True)] if "crack_wall" in frame else []
     columns = [
+        *walls,
         Column("crack", [str(n) for n in frame["crack"]], short="no"),
         Column("part", parts, short="part", short_cells=[p.replace("opening", "open") for p in parts], words=True),
         in_mm("width", "crack_width", "width\nmm"),

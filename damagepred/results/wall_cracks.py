@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import Variable, dataset
+from damagepred.archive.schema import Variable, dataset, flag_name
 from damagepred.damage import HAIRLINE, Growth, JointMap, Numbered
 from damagepred.damage.tracing import ORIENTATIONS, PARTS, Links, links_of
 from damagepred.enumerations import ContactKind, ContactState, ZoneState, flag_meanings
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
+from damagepred.results.house import crack_lists, is_house
 from damagepred.runtime.one_thread import one_blas_thread
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ def cracks(ds: xr.Dataset, *, hairline: float = HAIRLINE) -> xr.Dataset:
     Parameters
     ----------
     ds : xarray.Dataset
-        Of one wall, as ``damagepred.solve`` returns it.
+        Of one wall or of a house, as ``damagepred.solve`` returns it; of a house ``crack_wall`` is the wall.
     hairline : float
         Opening or slip (m) from which a piece of joint is part of a crack.
 
@@ -103,6 +104,8 @@ def cracks(ds: xr.Dataset, *, hairline: float = HAIRLINE) -> xr.Dataset:
     >>> float(found["crack_width"][-1].max()) <= float(wall["crack_width_max"][-1])
     True
     """
+    if is_house(ds):
+        return crack_lists(ds, lambda part: ((found := WallCracks(part, hairline).dataset()), found.sizes["crack"]))
     return WallCracks(ds, hairline).dataset()
 
 
@@ -114,7 +117,7 @@ def crack_profile(ds: xr.Dataset, increment: int = -1, *, hairline: float = HAIR
     Parameters
     ----------
     ds : xarray.Dataset
-        Of one wall, as ``damagepred.solve`` returns it.
+        Of one wall or of a house, as ``damagepred.solve`` returns it; of a house ``piece_wall`` is the wall.
     increment : int
         Position of the increment, -1 for the last.
     hairline : float
@@ -138,6 +141,8 @@ def crack_profile(ds: xr.Dataset, increment: int = -1, *, hairline: float = HAIR
     >>> profile.sizes["piece"], list(profile.data_vars)[:3]
     (257, ['piece_crack', 'piece_on_path', 'piece_along'])
     """
+    if is_house(ds):
+        return crack_lists(ds, lambda part: ((traced := WallCracks(part, hairline)).profile(increment), traced.count))
     return WallCracks(ds, hairline).profile(increment)
 
 
@@ -177,6 +182,11 @@ class WallCracks:
             for one in state:
                 first.setdefault(one.number, one)
         return dict(sorted(first.items()))
+
+    @property
+    def count(self) -> int:
+        """Number of cracks up to the end of the path."""
+        return len(self._first)
 
     def dataset(self) -> xr.Dataset:
         """Return all cracks through the increments; see ``cracks``."""
@@ -311,8 +321,12 @@ def crack_frame(found: xr.Dataset, increment: int | None = -1) -> pd.DataFrame:
     frame = frame[np.isfinite(frame["crack_length"])].copy()
     for name in ("crack_part", "crack_orientation"):
         frame[name] = [CRACK_VARIABLES[name].flags[int(value)] for value in frame[name]]
+    walls = ["crack_wall"] if "crack_wall" in frame else []
+    for name in walls:
+        frame[name] = [flag_name(found, int(value), name).replace(" ", "_") for value in frame[name]]
     frame["crack_branches"] = frame["crack_branches"].astype(np.int64)
-    front = ["increment", "central_deflection", *(n for n in _DRIVERS if n in frame.columns), "crack"]
+    drivers = (name for name in ("central_deflection", *_DRIVERS) if name in frame.columns)
+    front = ["increment", *drivers, *walls, "crack"]
     frame = frame[front + [name for name in CRACK_VARIABLES if name in frame.columns and name not in front]]
     order = frame.assign(part=[PARTS.index(p) for p in frame["crack_part"]], width=-frame["crack_width"])
     return frame.loc[order.sort_values(["increment", "part", "width", "crack"]).index].reset_index(drop=True)
