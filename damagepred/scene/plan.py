@@ -19,6 +19,8 @@ from damagepred.scene.wall import ControlJoint, Opening, Wall
 
 PLAN_TOLERANCE = 1e-3
 """Distance (m) within which walls meet: coordinates of a plan are rounded to millimetres."""
+NARROWEST_PASSAGE = 0.5
+"""Distance (m) of a free end from another wall below which it is a mistake in the plan: nobody walks through."""
 
 
 def _check_name(name: str) -> str:
@@ -161,9 +163,14 @@ def junctions(walls: Sequence[PlanWall]) -> tuple[Junction, ...]:
                 other_x, away = _nearest(second, np.array(end))
                 if away <= PLAN_TOLERANCE:
                     meet[(i, j, other_x, x) if swap else (i, j, x, other_x)] = np.array(end)
-        if not any(key[:2] == (i, j) for key in meet):
+    joined = {key[:2] for key in meet}
+    for (i, a), (j, b) in combinations(enumerate(walls), 2):
+        if (i, j) not in joined:
             _refuse_crossing(a, b)
-            _refuse_gap(a, b)
+            _refuse_gap(a, b, list(meet.values()))
+    for i, j, *places in meet:
+        for wall, other, x in zip((walls[i], walls[j]), (walls[j], walls[i]), places):
+            _refuse_in_opening(wall, other.name, float(x))
     _refuse_loose(walls, {key[:2] for key in meet})
     found = []
     for (i, j, x_i, x_j), point in meet.items():
@@ -216,12 +223,23 @@ def _refuse_crossing(a: PlanWall, b: PlanWall) -> None:
         )
 
 
-def _refuse_gap(a: PlanWall, b: PlanWall) -> None:
-    """Refuse ends nearer to another wall than the two walls are thick, as if their faces met."""
+def _refuse_in_opening(wall: PlanWall, other: str, x: float) -> None:
+    """Refuse an opening where another wall meets a wall."""
+    for number, hole in enumerate(wall.opening, 1):
+        if hole.x + PLAN_TOLERANCE < x < hole.right - PLAN_TOLERANCE:
+            raise ValueError(
+                f"wall: '{other}' meets '{wall.name}' {x:.4g} m along it, in its opening {number} from {hole.x:.4g} to "
+                f"{hole.right:.4g} m; move one of them"
+            )
+
+
+def _refuse_gap(a: PlanWall, b: PlanWall, corners: Sequence[FloatArray]) -> None:
+    """Refuse ends nearer to another wall than both are thick, and free ends nearer than a passage is wide."""
     for first, second in ((a, b), (b, a)):
         for name, end in (("start", first.start), ("end", first.end)):
             x, away = _nearest(second, np.array(end))
-            if away < a.thickness + b.thickness:
+            free = all(np.hypot(*(np.array(end) - corner)) > 2 * PLAN_TOLERANCE for corner in corners)
+            if away < max(a.thickness + b.thickness, NARROWEST_PASSAGE * free):
                 raise ValueError(
                     f"wall: the {name} of '{first.name}' at {_at(np.array(end))} leaves a gap of {1e3 * away:.4g} mm "
                     f"to the axis of '{second.name}'; let it end at {_at(second.points(np.array(x)))}"

@@ -47,6 +47,7 @@ def test_corners_and_tees_follow_from_the_plan():
         (([3, -1], [3, 2]), r"'front' and 'b' cross at \(3, 0\) m, 3 m along 'front'"),
         (([6.08, 0], [6.08, 3]), r"the end of 'front' at \(6, 0\) m leaves a gap of 80 mm .*'b'.*\(6.08, 0\) m"),
         (([9, 0], [9, 3]), "'b' stands 3 m off 'front'"),
+        (([3, 0.3], [3, 3]), r"the start of 'b' at \(3, 0.3\) m leaves a gap of 300 mm .*let it end at \(3, 0\) m"),
         (([2, 0], [9, 0]), "'front' and 'b' lie on each other over 4 m"),
         (([6, 0], [0, 0]), "'front' and 'b' lie on each other over 6 m"),
         (([6, 0], [6, 0]), "start and end of wall 'b' are the same point"),
@@ -70,6 +71,16 @@ def test_a_wrong_plan_is_refused_with_a_number(second, words):
         (ELL, {**TREE, "loads": {"roof": "3 kN/m"}}, r"\[wall.loads\]"),
         (ELL, {**TREE, "strain": {"growth": 1e-4}}, "strain"),
         (ELL, {**TREE, "solver": {"blocks": "deformable"}}, "rigid or elastic"),
+        (
+            [*ELL, wall("back", [6, 4], [0, 4]), wall("tee", [3, 0.3], [3, 4])],
+            TREE,
+            r"the start of 'tee' at \(3, 0.3\) m leaves a gap of 300 mm to the axis of 'front'; .*\(3, 0\) m",
+        ),
+        (
+            [{**ELL[0], "opening": [{"x": 1, "y": 1, "width": 1.5, "height": 1}]}, wall("tee", [2, 0], [2, 3])],
+            TREE,
+            "'tee' meets 'front' 2 m along it, in its opening 1 from 1 to 2.5 m; move one",
+        ),
         (ELL, {"mound": {"shape": "walsh"}}, r"at x = 0 m walls cover 0 of 4 m"),
         (ELL, {"mound": {"shape": "tree"}, "movement": {"kind": "settle"}}, "point: is missing"),
         (ELL, {"mound": TREE["mound"]}, "goes with kind = 'settle' or 'heave'"),
@@ -85,6 +96,12 @@ def test_a_wrong_plan_is_refused_with_a_number(second, words):
 def test_a_house_refuses_what_it_does_not_do(walls, tables, words):
     with pytest.raises(InputError, match=words):
         Scene.from_dict({"wall": walls, **tables})
+
+
+def test_a_breast_may_stand_nearer_to_a_wall_than_a_passage():
+    breast = [wall("l", [2, 0], [2, 0.36]), wall("f", [2, 0.36], [3.2, 0.36]), wall("r", [3.2, 0.36], [3.2, 0])]
+    tree = {**TREE, "mound": {**TREE["mound"], "surface_movement": 0.01}}
+    assert len(house([*ELL, *breast], **tree).junctions) == 5
 
 
 def test_a_study_refuses_a_house(tmp_path):
