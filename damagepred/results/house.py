@@ -4,35 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import BY_WALL, OF_HOUSE, Variable, dataset
-from damagepred.enumerations import PathStatus
+from damagepred.archive.schema import BY_WALL, OF_HOUSE, Variable
+from damagepred.enumerations import ContactState, PathStatus
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
 from damagepred.scene import House
 from damagepred.scene.plan import PLAN_TOLERANCE
 from damagepred.scene.scene import archived_scene
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 PLACES = ("block", "contact", "vertex", "opening", "section")
 """Dimensions along which the walls of a house follow each other."""
 NOT_OF_HOUSE = ("central_deflection", "deflection_ratio", "base_reaction")
 """Results of each wall whose largest value says nothing about the house; the reaction is a sum."""
-_SIDE, _SIDES = ("side",), ("increment", "side")
-SIDE_VARIABLES: dict[str, Variable] = {
-    "side_room": Variable(_SIDE, "1", "number of the room, from 1, rooms with a smaller y and then x first"),
-    "side_wall": Variable(_SIDE, "1", "number of the wall, from 0"),
-    "side_start": Variable(_SIDE, "m", "start of the side along its wall"),
-    "side_end": Variable(_SIDE, "m", "end of the side along its wall"),
-    "side_crack_width_max": Variable(_SIDES, "m", "widest joint of the wall proper between start and end"),
-    "side_damage_category": Variable(_SIDES, None, "damage category of the wall proper between start and end"),
-    "room_x": Variable(("room",), "m", "mean of the corners of the room in plan, x"),
-    "room_y": Variable(("room",), "m", "mean of the corners of the room in plan, y"),
-}
-"""Variables of ``room_sides``."""
+_STATE = ("opening", "slip", "state")
+"""Contact fields that damage is judged by."""
 
 
 def is_house(ds: xr.Dataset) -> bool:
@@ -157,63 +150,34 @@ def crack_lists(ds: xr.Dataset, traced: Callable[[xr.Dataset], tuple[xr.Dataset,
 
 
 @checked
-def room_sides(ds: xr.Dataset) -> xr.Dataset:
-    """Cracks and category on each side of each room of a house: of a wall between the corners of the room.
+def room_sides(ds: xr.Dataset, increment: int = -1) -> pd.DataFrame:
+    """Widest joint (m) and category on each side of each room: of a wall between the corners of the room.
 
-    Both rooms beside a wall have the same cracks: a wall is one leaf.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Result of a house, as ``damagepred.solve`` returns it.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions ``increment`` and ``side``, room by room; see ``SIDE_VARIABLES``.
-
-    Raises
-    ------
-    InputError
-        If the dataset is not of a house with its contacts.
+    Rooms have numbers from 1 and a middle in plan. Both rooms beside a wall have the same cracks: a wall is one leaf.
     """
+    import pandas as pd
+
     from damagepred.damage import JointMap, judge
-    from damagepred.enumerations import ContactState
     from damagepred.results.rejudge import archived_rules
 
-    house, rules = house_of(ds), archived_rules(ds)
-    rooms = room_bays(house)
-    parts = [wall_dataset(ds, name) for name in house.names]
+    house, rules, judged, rows = house_of(ds), archived_rules(ds), {}, []
+    parts = [wall_dataset(ds, name).isel(increment=increment) for name in house.names]
     joints = [JointMap.from_dataset(part, with_blocks=True) for part in parts]
-    found: dict[tuple[int, float, float], Any] = {}
-    for number, start, end in {bay for room in rooms for bay in room}:
-        whole, part = joints[number], parts[number]
-        middle = (whole.start[:, 0] + whole.end[:, 0]) / 2
-        rows = np.flatnonzero((middle >= start - 1e-6) & (middle <= end + 1e-6))
-        own, shape = whole.part(rows), whole.contact_x.shape
-        fields = [part[f"contact_{key}"].values.reshape(-1, *shape)[:, rows] for key in ("opening", "slip", "state")]
-        steps = [judge(own, o, s, c == ContactState.CRACKED, rules) for o, s, c in zip(*fields)]
-        category = np.array([step.damage_category for step in steps])
-        if (part["damage_category"].values[-1] == rules.table.highest) and part.attrs.get("status") == "collapsed":
-            category[-1] = rules.table.highest
-        found[number, start, end] = np.array([step.crack_width_max for step in steps]), category
-    sides = [(k + 1, *bay) for k, room in enumerate(rooms) for bay in room]
-    table = np.array(sides, dtype=np.float64).reshape(-1, 4).T
-    widths, categories = (np.array([found[side[1:]][k] for side in sides]).T for k in (0, 1))
-    centres = np.array([_corners(house, room).mean(axis=0) for room in rooms]).reshape(-1, 2)
-    values = {
-        "increment": ds["increment"].values,
-        **dict(zip(("side_room", "side_wall"), table[:2].astype(np.int64))),
-        **dict(zip(("side_start", "side_end"), table[2:])),
-        "side_crack_width_max": widths.reshape(ds.sizes["increment"], -1),
-        "side_damage_category": categories.reshape(ds.sizes["increment"], -1).astype(np.int8),
-        **dict(zip(("room_x", "room_y"), centres.T)),
-    }
-    sides_of = dataset(values, {"title": ds.attrs.get("title", "house")}, extra=SIDE_VARIABLES)
-    sides_of["side_damage_category"].attrs |= {
-        key: value for key, value in ds["damage_category"].attrs.items() if key != "long_name"
-    }
-    return sides_of
+    for number, room in enumerate(room_bays(house), 1):
+        x, y = _corners(house, room).mean(axis=0)
+        for bay in room:
+            if bay not in judged:
+                wall, start, end = bay
+                whole, part = joints[wall], parts[wall]
+                middle = (whole.start[:, 0] + whole.end[:, 0]) / 2
+                own = np.flatnonzero((middle >= start - 1e-6) & (middle <= end + 1e-6))
+                fields = (part[f"contact_{key}"].values.reshape(whole.contact_x.shape)[own] for key in _STATE)
+                opening, slip, state = fields
+                judged[bay] = judge(whole.part(own), opening, slip, state == ContactState.CRACKED, rules)
+            verdict, wall = judged[bay], bay[0]
+            rows.append((number, x, y, house.names[wall], *bay[1:], verdict.crack_width_max, verdict.damage_category))
+    heads = ["room", "x", "y", "wall", "start", "end", "crack_width_max", "damage_category"]
+    return pd.DataFrame(rows, columns=heads)
 
 
 Bay = tuple[int, float, float]

@@ -185,18 +185,14 @@ def corner_columns(ds: xr.Dataset) -> list[Column]:
 
 def room_columns(ds: xr.Dataset) -> list[Column]:
     """Cracks and category on the sides of the rooms of a house at the end, one row per side."""
-    sides, names = room_sides(ds.isel(increment=[-1])), wall_names(ds)
-    places = [f"{a:.2f} to {b:.2f}" for a, b in zip(sides["side_start"].values, sides["side_end"].values)]
-    rooms = [
-        f"{n} at {float(sides['room_x'][n - 1]):.1f}, {float(sides['room_y'][n - 1]):.1f} m"
-        for n in sides["side_room"].values
-    ]
-    categories = [category_label(ds, int(c)).replace(" ", "\u00a0") for c in sides["side_damage_category"].values[-1]]
+    sides = room_sides(ds).to_dict("records")
+    categories = [category_label(ds, side["damage_category"]).replace(" ", "\u00a0") for side in sides]
+    widths = [f"{MM * side['crack_width_max']:.3f}" for side in sides]
     return [
-        Column("room", rooms, "", "room", words=True),
-        Column("wall", [names[w] for w in sides["side_wall"].values], "", "wall", words=True),
-        Column("along it", places, "m", "along\nm"),
-        Column("widest crack", [f"{MM * v:.3f}" for v in sides["side_crack_width_max"].values[-1]], "mm", "crack\nmm"),
+        Column("room", [f"{s['room']} at {s['x']:.1f}, {s['y']:.1f} m" for s in sides], "", "room", words=True),
+        Column("wall", [s["wall"] for s in sides], "", "wall", words=True),
+        Column("along it", [f"{s['start']:.2f} to {s['end']:.2f}" for s in sides], "m", "along\nm"),
+        Column("widest crack", widths, "mm", "crack\nmm"),
         Column("category", categories, "", "damage\ncategory", words=True),
     ]
 

@@ -245,3 +245,107 @@ def test_a_corner_slides_at_its_cohesion_and_loses_it():
         ds = damagepred.solve(made)
         assert abs(float(ds["corner_shear_force"][-1, 0])) == pytest.approx(limit * area, rel=1e-3)
         assert float(ds["corner_slip_max"][-1, 0]) > 1e-3
+
+
+BEAMS = {"normal_stiffness": 1e7, "shear_stiffness": 1e5, "tensile_strength": 0.0, "cohesion": 0.0, "friction": 0.0}
+
+
+def footings_alone(walls, mound, segment, depth=0.3):
+    """House of one soft course, which gives its footings weight and no stiffness."""
+    footing = {"width": 0.3, "depth": depth, "segment_length": segment, "joint": {**BEAMS, "normal_stiffness": 1e12}}
+    walls = [{**one, "height": 0.075} for one in walls]
+    return house(
+        walls, mound, SETTLES, footing=footing, joint=BEAMS, corner={"control_joint": True}, soil={"friction": 0.0}
+    )
+
+
+def test_a_cross_of_beams_shares_its_load_as_hetenyi_has_it():
+    # the ground sinks under the long beam alone, which hangs on two beams hinged to its middle
+    walls = [wall("long", [0, 0], [3.6, 0]), wall("n", [1.8, 0], [1.8, 1.8]), wall("s", [1.8, -1.8], [1.8, 0])]
+    sinks = [[x, y, float(y == 0)] for x in (-1, 5) for y in (-3, -1e-3, 0, 1e-3, 3)]
+    made = footings_alone(walls, {"shape": "levels", "levels": sinks, "surface_movement": "2 mm"}, 0.09, depth=0.2)
+    ds = damagepred.solve(made)
+    k, stiffness = made.soil.stiffness("settle") * 0.3, 7e9 * 0.3 * 0.2**3 / 12
+    beta = (k / (4 * stiffness)) ** 0.25
+    whole, half = beta * 3.6, beta * 1.8
+    middle = beta / (2 * k) * (np.cosh(whole) + np.cos(whole) + 2) / (np.sinh(whole) + np.sin(whole))
+    end = (
+        2
+        * beta
+        / k
+        * (np.sinh(half) * np.cosh(half) - np.sin(half) * np.cos(half))
+        / (np.sinh(half) ** 2 - np.sin(half) ** 2)
+    )
+    force = 2e-3 / (end + 2 * middle)  # of each short beam
+    assert [j.walls for j in made.junctions] == [(0, 1), (0, 2), (1, 2)]
+    found = ds["corner_footing_force"].values[-1]
+    assert -found[:2] == pytest.approx([force, force], rel=0.03)  # the short beams hold the long one up
+    assert abs(found[2]) < 1e-3 * force
+
+
+def test_a_frame_on_springs_is_a_grillage_of_four_beams():
+    ends = [[0, 0], [2.4, 0], [2.4, 1.2], [0, 1.2], [0, 0]]
+    walls = [wall(name, ends[i], ends[i + 1]) for i, name in enumerate("abcd")]
+    made = footings_alone(walls, {"shape": "pipe", "point": [0.0, 0.0], "reach": 1.6, "surface_movement": "2 mm"}, 0.06)
+    model = house_model(made)
+    end = path(model, made)[-1]
+    fine = grillage(
+        [2.4, 1.2, 2.4, 1.2],
+        [((0, 2.4), (1, 0.0)), ((1, 1.2), (2, 0.0)), ((2, 2.4), (3, 0.0)), ((3, 1.2), (0, 0.0))],
+        0.015,
+        7e9 * 0.3**4 / 12,
+        5 / 6 * 7e9 / 2.4 * 0.3**2,
+        made.soil.stiffness("settle") * 0.3,
+        9.81 * (2130 * 0.3**2 + 2000 * 0.11 * 0.075),
+        lambda beam, x: float(made.surface(made.wall[beam].points(np.array(x)))),
+    )
+    bend = max(np.ptp(moved) for moved in fine)
+    for number, moved in enumerate(fine):
+        blocks = model.walls[number].footing
+        x, v = model.walls[number].blocks.x[blocks], end.displacement[model.unfolded.first_block[number] + blocks, 1]
+        assert v == pytest.approx(np.interp(x, 0.015 * np.arange(len(moved)), moved), abs=5e-3 * bend)
+
+
+@pytest.mark.parametrize("blocks", ["rigid", "elastic"])
+def test_work_and_energy_of_a_house_balance_as_corners_break(blocks):
+    walls = [wall("a", [0, 0], [1.44, 0], height=0.6), wall("b", [1.44, 0], [1.44, 1.2], height=0.6)]
+    walls.append(wall("t", [0.72, 0], [0.72, 0.96], height=0.45))
+    mound = {"shape": "corner", "point": [0, 0], "reach": 0.8, "surface_movement": "20 mm"}
+    corner = {"cohesion": 2e4, "brittle": True}
+    ds = damagepred.solve(house(walls, mound, SETTLES, corner=corner, solver={"blocks": blocks}))
+    assert ds["corner_slip_max"].values[-1].max() > 1e-4
+    assert ds.attrs["energy_error_share"] < 5e-3
+
+
+def test_walls_with_joints_at_their_corners_and_footings_apart_are_walls_alone():
+    apart = {"control_joint": True, "join_footings": False}
+    made = house([wall("a", [0, 0], [1.68, 0]), wall("b", [1.68, 0], [1.68, 0.96])], corner=apart)
+    model = house_model(made)
+    moved = path(model, made)[-1].displacement
+    for number, scene in enumerate(made.scenes):
+        own = path(wall_model(scene), scene)[-1].displacement
+        first = model.unfolded.first_block[number]
+        assert moved[first : first + len(own)] == pytest.approx(own, abs=1e-9)
+    joined = damagepred.solve(replace(made, corner=replace(made.corner, join_footings=True)))
+    assert not joined["corner_shear_force"].values.any()
+    assert np.abs(joined["corner_footing_force"].values[-1]).max() > 100.0
+
+
+def test_a_control_joint_beside_a_corner_opens_in_its_own_wall():
+    long = wall("a", [0, 0], [2.4, 0], height=0.6, control_joint=[{"x": 0.48}])
+    made = house([long, wall("b", [0, 0], [0, 1.2], height=0.6)], {**TREE, "surface_movement": "20 mm"})
+    ds = damagepred.solve(made)
+    moved = ds["wall_control_joint_opening_max"].values[-1] + ds["wall_control_joint_closing_max"].values[-1]
+    assert moved[0] > 1e-4
+    assert np.isnan(moved[1])
+
+
+def test_the_explicit_solver_agrees_on_a_plan_with_a_tee():
+    walls = [wall("a", [0, 0], [1.44, 0]), wall("t", [0.72, 0], [0.72, 0.72])]
+    made = house(
+        walls, {"shape": "pipe", "point": [0, 0], "reach": 1.0, "surface_movement": "4 mm"}, solver={"blocks": "rigid"}
+    )
+    end = path(house_model(made), made)[-1].displacement
+    explicit = replace(made, solver=replace(made.solver, method="explicit"))
+    slow = path(house_model(explicit), explicit)[-1].displacement
+    assert slow == pytest.approx(end, abs=2e-2 * np.abs(end).max())
