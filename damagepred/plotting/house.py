@@ -84,10 +84,8 @@ def draw_plan(house: House, ds: xr.Dataset | None = None, ax: Axes | None = None
     ax.set_aspect("equal")
     ax.set_xlabel("x (m)")
     ax.set_ylabel("y (m)")
-    shown = sorted(set(category.tolist())) if ds is not None else []
     if ds is not None:
-        lines = [Line2D([], [], color=CATEGORY_COLOURS[c], linewidth=5, label=f"{c} {name_of(ds, c)}") for c in shown]
-        ax.legend(handles=lines, fontsize=small(ax), title="damage category", title_fontsize=small(ax))
+        _category_legend(ds, ax, category, 0.5)
     what = f"{len(house.wall)} walls, {len(house.junctions)} corners and T-joints"
     set_title(ax, verbatim(house.title), what)
     return ax
@@ -161,11 +159,11 @@ def _crack_colours(ds: xr.Dataset, widths: FloatArray) -> list[str]:
     return [CATEGORY_COLOURS[int(c)] for c in table_of(ds).by_width(widths)]
 
 
-def _category_legend(ds: xr.Dataset, ax: Axes, categories: FloatArray) -> None:
+def _category_legend(ds: xr.Dataset, ax: Axes, categories: FloatArray, inches: float = 0.1) -> None:
     """Legend of the categories up to the worst, below the axes."""
     shown = range(int(max(categories)) + 1)
     lines = [Line2D([], [], color=CATEGORY_COLOURS[c], linewidth=5, label=f"{c} {name_of(ds, c)}") for c in shown]
-    legend_below(ax, lines, inches=0.1)
+    legend_below(ax, lines, inches=inches)
 
 
 def _worst(ds: xr.Dataset, drawn: Deformed) -> tuple[str, str]:

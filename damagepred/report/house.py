@@ -64,12 +64,15 @@ def house_damage(ds: xr.Dataset) -> list[Part]:
     """Axonometric drawing, and tables of walls, corners and rooms, at the end of the path."""
     from damagepred.plotting.house import draw_axonometric
 
+    view = draw_axonometric(ds)
+    for shapes in view.collections:
+        shapes.set_rasterized(True)
     return [
         drawing(
             "house",
             "The deformed house. Across its plane a wall follows, in the drawing alone, the walls that meet it.",
             "Axonometric drawing of the deformed house with its cracks",
-            draw_axonometric(ds),
+            view,
         ),
         Table.of("Walls at the end of the path", wall_columns(ds), RULE),
         Table.of("Where walls meet: vertical shear and slip", corner_columns(ds), "Forces of the first wall."),

@@ -83,7 +83,7 @@ def wall_dataset(ds: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def unfolded(ds: xr.Dataset) -> xr.Dataset:
-    """House with its walls side by side in one plane, in rows, as drawings of one wall take it."""
+    """House with its walls in rows in one plane, for drawings of one wall."""
     places = np.array(unfolded_places(house_of(ds)))
     flat = ds.drop_dims(["wall", "corner"]).assign_coords(central_deflection=("increment", 0.0 * ds["progress"].values))
     for dim in PLACES[:3]:
@@ -130,7 +130,7 @@ def wall_values(parts: Sequence[xr.Dataset]) -> dict[str, np.ndarray]:
 
 
 def crack_lists(ds: xr.Dataset, traced: Callable[[xr.Dataset], tuple[xr.Dataset, int]]) -> xr.Dataset:
-    """Cracks of all walls of a house in one list, numbered on from wall to wall; ``traced`` has those of one wall."""
+    """Cracks of all walls of a house, numbered on from wall to wall; ``traced`` returns cracks of a wall and their number."""
     parts, before = [], 0
     for number, name in enumerate(names := wall_names(ds)):
         part, count = traced(wall_dataset(ds, name))

@@ -92,6 +92,8 @@ def _line(kind: type, problem: Any) -> str:
             return f"{key} = {shown(value)}: must be a list of tables; each starts with [[{'.'.join(location)}]]."
         case "tuple_type":
             return f"{key} = {shown(value)}: must be a list, in square brackets."
+        case "too_long":
+            return f"{key} = {shown(value)}: must have {limits['max_length']} values, not {limits['actual_length']}."
         case "value_error":
             return _own_words(key, value, str(limits["error"]))
         case _:

@@ -31,7 +31,7 @@ def test_the_page_of_a_house(solved, tmp_path):
     assert "figure-house" in figures
     shown = " ".join("".join(root.itertext()).split())
     worst = int(solved["damage_category"][-1])
-    assert worst >= 2
+    assert worst >= 1
     assert "of its worst wall, front" in shown or "of its worst wall, left" in shown
     reached = float(solved["surface_movement"][int((solved["damage_category"] >= worst).argmax())])
     assert f"reached at a settlement of the corner of {1e3 * reached:g} mm" in shown.replace("\u00a0", " ")
