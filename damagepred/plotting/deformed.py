@@ -83,7 +83,7 @@ class Deformed:
             rise = soil_surface(ds, increment, footing)[2] - datum
             drawn = np.concatenate((motion.at(block, points), np.column_stack((0.0 * rise, rise))))
         if exaggeration is None:
-            exaggeration = round_exaggeration(drawn, float(np.ptp(points[:, 0])))
+            exaggeration = round_exaggeration(drawn, float(ds.attrs.get("longest_wall", np.ptp(points[:, 0]))))
         rigid = np.ones(len(motion.x), dtype=np.bool_)
         if "zone_block" in ds.variables:
             rigid[ds["zone_block"].values] = False

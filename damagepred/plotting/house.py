@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -18,7 +17,7 @@ from damagepred.damage.cracks import HAIRLINE
 from damagepred.plotting.categories import name_of, table_of
 from damagepred.plotting.colours import BRICK_COLOURS, BRICK_EDGE, CATEGORY_COLOURS, FOOTING_COLOUR
 from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import Faces, polygons, round_exaggeration
+from damagepred.plotting.geometry import Faces, polygons
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
@@ -93,7 +92,7 @@ def draw_plan(house: House, ds: xr.Dataset | None = None, ax: Axes | None = None
 
 def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -> Axes:
     """Walls of a house side by side, with cracks in the colour of their category and the widest of each wall."""
-    house, drawn = house_of(ds), deformed_house(ds, increment)
+    house, drawn = house_of(ds), Deformed.of(unfolded(ds), increment, None)
     places, height = unfolded_places(house), max(wall.height for wall in house.wall)
     ax = axes_or_new(ax, 10.0, drawn.sheet_height(2.0))
     for chosen, colour in ((~drawn.footing, BRICK_COLOURS[0]), (drawn.footing, FOOTING_COLOUR)):
@@ -138,15 +137,6 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
     return ax
 
 
-def deformed_house(ds: xr.Dataset, increment: int = -1, exaggeration: float | None = None) -> Deformed:
-    """House unfolded; by default the factor on displacements suits its longest wall."""
-    drawn = Deformed.of(unfolded(ds), increment, 1.0 if exaggeration is None else exaggeration)
-    if exaggeration is not None:
-        return drawn
-    longest = max(wall.length for wall in house_of(ds).wall)
-    return replace(drawn, factor=round_exaggeration(drawn.shape - drawn.points, longest))
-
-
 def _cracks(ds: xr.Dataset, drawn: Deformed) -> tuple[IntArray, Faces]:
     """Number of the wall of each open joint, and the joints."""
     faces, first = drawn.faces, np.unique(ds["contact_interface"].values, return_index=True)[1]
@@ -186,7 +176,7 @@ def draw_axonometric(
 
     The model moves each wall in its own plane alone; across it the drawing follows the walls that meet it.
     """
-    house, drawn = house_of(ds), deformed_house(ds, increment, exaggeration)
+    house, drawn = house_of(ds), Deformed.of(unfolded(ds), increment, exaggeration)
     places, wall_of = np.array(unfolded_places(house)), ds["block_wall"].values
     crack_wall, cracks = _cracks(ds, drawn)
     corner_wall = wall_of[drawn.block]

@@ -32,13 +32,13 @@ from damagepred.plotting.footing import draw_dpc_opening, draw_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.geometry import has_zones
 from damagepred.plotting.history import draw_history
-from damagepred.plotting.house import deformed_house, draw_axonometric, draw_plan, draw_unfolded
+from damagepred.plotting.house import draw_axonometric, draw_plan, draw_unfolded
 from damagepred.plotting.scene import draw_scene
 from damagepred.plotting.sheet import DPI, figure_of, new_figure, require, set_title, spread_evenly, title_of
 from damagepred.plotting.stress import stress_levels
 from damagepred.plotting.study import draw_category_shares
 from damagepred.plotting.wall import draw_wall
-from damagepred.results.house import house_of, is_house
+from damagepred.results.house import house_of, is_house, unfolded
 from damagepred.results.rejudge import shown_gaps
 from damagepred.scene import House, Scene
 from damagepred.uq.fragility import fit_fragility
@@ -226,7 +226,7 @@ def save_animation(ds: xr.Dataset, path: str | Path) -> Path:
     check_output(file := Path(path), ".gif", new_folder=True)
     draw_state = draw_axonometric if is_house(ds) else draw_wall
     end = draw_state(ds)
-    figure, factor = figure_of(end), (deformed_house(ds) if is_house(ds) else Deformed.of(ds, -1, None)).factor
+    figure, factor = figure_of(end), Deformed.of(unfolded(ds) if is_house(ds) else ds, -1, None).factor
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     box, place, limits = figure.get_tightbbox().padded(0.1), end.get_position(), (*end.get_xlim(), *end.get_ylim())

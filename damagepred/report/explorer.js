@@ -90,6 +90,7 @@
           }
         }
       }
+      for (const [, , y] of w.labels) low = Math.min(low, y);
       const rim = 0.02 * (right - left), below = w.ground.length ? 0.06 * (high - low) : 0;
       this.box = [left - rim, right + rim, low - rim - below, high + rim];
     }
@@ -126,6 +127,9 @@
       for (let joint = 0; joint < w.joints; joint++) if (w.kind[joint] === 1 || this.width(joint, step) > 0.02) order.push(joint);
       order.sort((a, b) => this.width(a, step) - this.width(b, step));
       for (const joint of order) this.drawJoint(pen, path, joint, step);
+      pen.font = "13px sans-serif";
+      pen.fillStyle = "#000";
+      for (const [name, x, y] of w.labels) pen.fillText(name, ...on([x, y]));
       this.said.textContent = `${w.said[step]} Displacements × ${w.factor}.`;
       this.slider.setAttribute("aria-valuetext", w.said[step]);
     }

@@ -84,6 +84,7 @@ def _wall(ds: xr.Dataset) -> dict[str, Any]:
         "rise": _scaled([one[2] for one in ground]),
         "movement": [_movement(ds, i) for i in steps],
         "said": [_said(ds, i) for i in steps],
+        "labels": json.loads(ds.attrs.get("labels", "[]")),
         "widest": (ds["crack_width_max"].values[steps] * MM).tolist(),
     }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -84,12 +85,15 @@ def wall_dataset(ds: xr.Dataset, name: str) -> xr.Dataset:
 
 def unfolded(ds: xr.Dataset) -> xr.Dataset:
     """House with its walls in rows in one plane, for drawings of one wall."""
-    places = np.array(unfolded_places(house_of(ds)))
+    house = house_of(ds)
+    places = np.array(unfolded_places(house))
     flat = ds.drop_dims(["wall", "corner"]).assign_coords(central_deflection=("increment", 0.0 * ds["progress"].values))
     for dim in PLACES[:3]:
         for axis, shift in zip("xy", places[ds[f"{dim}_wall"].values].T):
             flat[f"{dim}_{axis}"] = (dim, flat[f"{dim}_{axis}"].values + shift, flat[f"{dim}_{axis}"].attrs)
-    return flat
+    below = house.footing.depth + 0.25 * max(wall.height for wall in house.wall)
+    labels = [(name, x, y - below) for name, (x, y) in zip(house.names, places.tolist())]
+    return flat.assign_attrs(longest_wall=max(wall.length for wall in house.wall), labels=json.dumps(labels))
 
 
 def unfolded_places(house: House) -> list[tuple[float, float]]:
@@ -130,7 +134,7 @@ def wall_values(parts: Sequence[xr.Dataset]) -> dict[str, np.ndarray]:
 
 
 def crack_lists(ds: xr.Dataset, traced: Callable[[xr.Dataset], tuple[xr.Dataset, int]]) -> xr.Dataset:
-    """Cracks of all walls of a house, numbered on from wall to wall; ``traced`` returns cracks of a wall and their number."""
+    """Cracks of all walls, numbered on from wall to wall; ``traced`` returns the cracks of a wall and their number."""
     parts, before = [], 0
     for number, name in enumerate(names := wall_names(ds)):
         part, count = traced(wall_dataset(ds, name))

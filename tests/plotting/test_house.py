@@ -10,8 +10,9 @@ from PIL import Image
 import damagepred
 from damagepred.plotting import save_animation, save_wall_pictures
 from damagepred.plotting.colours import CATEGORY_COLOURS
-from damagepred.plotting.house import _lean, deformed_house, draw_axonometric, draw_plan, draw_unfolded
-from damagepred.results.house import house_of, unfolded_places
+from damagepred.plotting.deformed import Deformed
+from damagepred.plotting.house import _lean, draw_axonometric, draw_plan, draw_unfolded
+from damagepred.results.house import house_of, unfolded, unfolded_places
 from damagepred.scene import Scene
 
 PLAN = {"front": ([0, 0], [2.4, 0]), "right": ([2.4, 0], [2.4, 1.2]), "slanted": ([2.4, 1.2], [0, 0])}
@@ -84,7 +85,7 @@ def test_a_house_that_moves_as_one_keeps_its_shape_in_the_axonometric_drawing(so
     for name in ("displacement_y", "rotation"):
         shifted[f"block_{name}"].values[:] = 0.0
     shifted["block_displacement_x"].values[:] = along[wall_of]
-    drawn = deformed_house(shifted, -1, 1.0)
+    drawn = Deformed.of(unfolded(shifted), -1, 1.0)
     places = np.array(unfolded_places(plan))[wall_of[drawn.block]]
     lean = _lean(plan, drawn.points - places, drawn.shape - drawn.points, wall_of[drawn.block])
     for number, wall in enumerate(plan.wall):
