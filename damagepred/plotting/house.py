@@ -120,9 +120,9 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
                 bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
             )
     for junction in house.junctions:
-        for wall, x, other in zip(junction.walls, junction.x, junction.walls[::-1]):
-            left, level = places[wall]
-            side = {0.0: "left", house.wall[wall].length: "right"}.get(x, "center")
+        for number, x, other in zip(junction.walls, junction.x, junction.walls[::-1]):
+            left, level = places[number]
+            side = {0.0: "left", house.wall[number].length: "right"}.get(x, "center")
             foot = level - house.footing.depth - 0.17 * height
             ax.text(left + x, foot, house.names[other], ha=side, va="top", fontsize=0.9 * small(ax), color="0.4")
     elevation(ax)

@@ -6,7 +6,6 @@ import json
 import tomllib
 from collections.abc import Sequence
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
 
@@ -148,8 +147,8 @@ def judge_again(
     elif not is_house(ds):
         _judge_wall(judged, rules)
     if is_house(ds):
-        again = partial(judge_again, table=table, plasterboard=plasterboard, **given)
-        _put_walls(judged, [again(wall_dataset(ds, name)) for name in wall_names(ds)])
+        alike: dict[str, Any] = {"table": table, "plasterboard": plasterboard, **given}
+        _put_walls(judged, [judge_again(wall_dataset(ds, name), **alike) for name in wall_names(ds)])
     by_wall = (f"wall_{name}" for name in (*CATEGORY_VARIABLES, WORST_CATEGORY))
     for name in (*CATEGORY_VARIABLES, *(f"end_{name}" for name in CATEGORY_VARIABLES), WORST_CATEGORY, *by_wall):
         if name in judged:
