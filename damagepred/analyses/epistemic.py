@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.folder import open_study
 from damagepred.campaign.campaign import Campaign
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError, nearest
+from damagepred.results.house import study_of
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene.reading import build, plain
 from damagepred.uq.design import density_ratio
@@ -40,9 +40,10 @@ def alternatives(
     *,
     others: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None,
     confidence: float = 0.9,
+    wall: str | None = None,
 ) -> list[Alternative]:
-    """Probability of a category or worse under a study's own distributions and under alternatives to them."""
-    study, ds = Campaign.from_folder(path), open_study(path)
+    """Probability of a category or worse, of one wall of a house if named, by a study's distributions and by others."""
+    study, ds = Campaign.from_folder(path), study_of(path, wall)
     estimates = [_estimate("", ds, category, at, confidence)]
     for name, changes in (study.settings.study.epistemic if others is None else others).items():
         other = _changed(study.settings, name, changes)

@@ -12,7 +12,8 @@ from damagepred.arrays import FloatArray
 from damagepred.campaign.settings import StudySettings
 from damagepred.damage import Rules, share_of_limit
 from damagepred.errors import InputError, SolverError
-from damagepred.one_wall.judged_path import distortion, follow_wall, gauges
+from damagepred.one_wall.house import follow_scene
+from damagepred.one_wall.judged_path import distortion, gauges
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.uq.capacity import ROUNDING, interpolated_capacity
@@ -107,7 +108,7 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
     limit = 1.0 if own else rules.table.limits[question.category - 1]
     before, width_before = 0.0, 0.0
     try:
-        for model, step in follow_wall(scene, fields, scene.movement.increments):
+        for model, step in follow_scene(scene, fields, scene.movement.increments):
             full = model.central_deflection if model.surface_movement is None else model.surface_movement
             full = scene.movement.size if scene.movement.settles else full
             if step.increment.number == 0:  # also of a path that starts again because a brick breaks

@@ -33,6 +33,7 @@ from damagepred.one_wall.solve import solve
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.scene.number_table import NumberTable, read_number_table
+from damagepred.scene.scene import entry_number, step_names
 from damagepred.uq.exceedance import (
     category_capacities,
     estimate_exceedance,
@@ -229,12 +230,17 @@ def _value(table: NumberTable, column: int, cell: str) -> Any:
 
 
 def _set(tables: Any, path: list[str], value: Any) -> None:
-    """Set a key of nested tables; entries of a list count from 1."""
+    """Set a key of nested tables; entries of a list have names or count from 1, and walls share a key without."""
     step, rest = path[0], path[1:]
     if isinstance(tables, list):
-        if not step.isdigit() or not 1 <= int(step) <= len(tables):
-            raise InputError(f"the study's list has {len(tables)} entries, which count from 1, and no entry '{step}'.")
-        place: Any = int(step) - 1
+        if not rest and all("start" in entry for entry in tables):  # the same for all walls of a house
+            for wall in tables:
+                wall[step] = value
+            return
+        place: Any = entry_number(tables, step)
+        if place < 0:
+            names = ", ".join(step_names(tables))
+            raise InputError(f"the study's list has {len(tables)} entries ({names}), and no entry '{step}'.")
     else:
         place = step
     if not rest:
@@ -254,7 +260,7 @@ def _damage(ds: xr.Dataset, house: House, confidence: float) -> dict[str, Any]:
     categories = range(1, int(ds.attrs["highest_category"]) + 1)
     if ds["damage_category"].ndim == 1:  # each wall is known at its own movement alone
         found = [exceedance(ds, category, wanted, confidence=confidence) for category in categories]
-    else:  # movements beyond the walls give bounds
+    else:  # movements beyond the walls have bounds
         points = wanted_movement(ds, wanted, measure)
         walls = [category_capacities(ds, category, measure, points) for category in categories]
         found = [estimate_exceedance(one, points, confidence) for one in walls]

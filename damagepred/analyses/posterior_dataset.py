@@ -251,7 +251,7 @@ def posterior_dataset(
         },
     )
     ds = ds.merge(xr.concat(futures, "study"))
-    if any(replayed):
+    if any(replayed) and not any(walls.walls for walls in studies):  # an elevation of one wall
         ds = ds.assign(_crack_maps(studies, weights, options))
     last = [(table, series[-1]) for table, series in seen.series if series[-1].since is None]
     local = [crack for table, crack in last if table == "crack" and crack.x is not None]

@@ -16,34 +16,61 @@ import xarray as xr
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import wall_model
+from damagepred.assembly.house import SPACING, unfolded_starts
 from damagepred.campaign.replay import replay
-from damagepred.campaign.settings import read_frozen
+from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.damage import sticking_limits
 from damagepred.damage.tracing import BELOW_DPC, DPC_OPENING, DPC_SLIP, ORIENTATIONS, WALL
 from damagepred.enumerations import SOLVED
-from damagepred.errors import InputError
+from damagepred.errors import InputError, nearest
 from damagepred.one_wall.judged_path import joint_map
+from damagepred.results.house import wall_dataset
 from damagepred.results.wall_cracks import WallCracks
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.scene import Scene
+from damagepred.scene import House, Scene
+from damagepred.scene.scene import archived_scene
 from damagepred.uq.history import Histories, years_from
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_words, shown_measure
 from damagepred.uq.movement_distribution import MovementDistribution
-from damagepred.uq.observations import ROUNDING, CrackObservation, LevelObservation, Observations
+from damagepred.uq.observations import (
+    ROUNDING,
+    TABLES,
+    CrackObservation,
+    LevelObservation,
+    Observations,
+    WindowObservation,
+)
 from damagepred.uq.survey_likelihood import CrackPrediction, Fit, series_fit
 
 PARTS = {"wall": (WALL,), "below_dpc": (BELOW_DPC,), "dpc": (DPC_OPENING, DPC_SLIP)}
 
 
 def require_on(seen: Observations, scene: Scene, source: str) -> None:
-    """Check that a wall has the places, parts and openings that the survey names."""
-    wall = scene.wall
-    size = f"the wall of {source}, {wall.length:g} m long and {wall.height:g} m high"
+    """Check that a wall or house has the walls, places, parts and openings that the survey names."""
+    house = isinstance(scene, House)
+    walls: dict[str | None, Scene] = dict(zip(scene.names if isinstance(scene, House) else [None], scene.scenes))
+    names = [name for name in walls if name is not None]
+    has = f"the house of {source} has the walls {', '.join(names)}" if house else f"{source} has one wall, no name"
+    tables = ((table, k, r) for table in TABLES[1:] for k, r in enumerate(getattr(seen, table), 1))
+    for where, reading in (*seen.cracks, *((f"{table} {k}", r) for table, k, r in tables)):
+        if house and reading.wall is None and (is_local(reading) or isinstance(reading, WindowObservation)):
+            raise InputError(f"{where}: wall: is missing; {has}.")
+        for key in ("wall", "to_wall"):
+            if (name := getattr(reading, key, None)) is not None and name not in walls:
+                raise InputError(f"{where}: {key} = '{name}': {has}." + nearest(name, names))
+    for of_wall, one in walls.items():
+        _require_on_wall(seen, of_wall, one, source)
+
+
+def _require_on_wall(seen: Observations, name: str | None, scene: Scene, source: str) -> None:
+    wall, which = scene.wall, "wall" if name is None else f"wall '{name}'"
+    size = f"the {which} of {source}, {wall.length:g} m long and {wall.height:g} m high"
     under = -scene.footing.depth if scene.footing_model != "none" else 0.0
-    places = [(where, "x", "y", *c.place, 0.0) for where, c in seen.cracks if c.place is not None]
+    cracks = [(where, crack) for where, crack in seen.cracks if crack.wall == name]
+    places = [(where, "x", "y", *c.place, 0.0) for where, c in cracks if c.place is not None]
     for k, level in enumerate(seen.level, 1):
-        places.append((f"level {k}", "x", "y", level.x, level.y, under))
-        places.append((f"level {k}", "to_x", "to_y", level.to_x, level.to_y, under))
+        for keys, (of_wall, x, y) in zip((("x", "y"), ("to_x", "to_y")), level.ends):
+            places += [(f"level {k}", *keys, x, y, under)] if of_wall == name else []
     for where, x_key, y_key, x, y, lowest in places:
         for key, value, low, high in ((x_key, x, 0.0, wall.length), (y_key, y, lowest, wall.height)):
             if not low - ROUNDING <= value <= high + ROUNDING:
@@ -58,10 +85,10 @@ def require_on(seen: Observations, scene: Scene, source: str) -> None:
                     f"({hole.kind}, x {hole.x:g} to {hole.right:g} m, y {hole.y:g} to {hole.top:g} m); give a "
                     "place on the masonry."
                 )
-    for where, crack in seen.cracks:
-        if crack.part != "wall" and scene.dpc is None:
+    for where, crack in seen.cracks if scene.dpc is None else ():
+        if crack.part != "wall":
             raise InputError(f"{where}: part = '{crack.part}': {size}, has no dpc.")
-    for k, window in enumerate(seen.window, 1):
+    for k, window in ((k, window) for k, window in enumerate(seen.window, 1) if window.wall == name):
         if window.opening > (count := len(scene.opening)):
             has = f"openings 1 to {count}" if count else "no opening"
             raise InputError(f"window {k}: opening = {window.opening}: {size}, has {has}.")
@@ -153,6 +180,18 @@ class ReplayStore:
 
 def _replayed(folder: Path, sample: int) -> Replayed:
     ds, _ = replay(folder, sample)
+    scene = archived_scene(ds.attrs)
+    if not isinstance(scene, House):
+        return _replayed_wall(ds)
+    walls = [_replayed_wall(wall_dataset(ds, name)) for name in scene.names]
+    moved = [
+        wall._replace(x=wall.x + left, block_x=wall.block_x + left) for wall, left in zip(walls, unfolded_starts(scene))
+    ]
+    columns = [np.concatenate(column, axis=-1) for column in list(zip(*moved))[1:]]
+    return Replayed(walls[0].increments, *columns)
+
+
+def _replayed_wall(ds: xr.Dataset) -> Replayed:
     cracks = WallCracks(ds)
     joints = cracks.joints
     rows = [(step, numbered) for step, state in enumerate(cracks.states) for numbered in state]
@@ -187,6 +226,8 @@ class StoredWalls:
     path: Path
     more: tuple[Path, ...] = ()
     shares: tuple[float, ...] = (1.0,)
+    walls: dict[str | None, int] = field(default_factory=dict)  # of a house: number of each wall
+    left: dict[str | None, float] = field(default_factory=dict)  # start of each wall in the unfolded elevation (m)
     _local: dict[tuple[Any, ...], tuple[FloatArray, ...]] = field(default_factory=dict)
 
     @one_blas_thread()
@@ -230,13 +271,24 @@ class StoredWalls:
     def require(self, seen: Observations) -> None:
         """Check that the survey fits these walls: positions, parts, openings, and joints near the cracks."""
         settings = read_frozen(StudyFolder(self.path).study_text())
+        house = settings.scene if isinstance(settings.scene, House) else None
         require_on(seen, settings.scene, self.path.name)
-        local = [(where, crack, crack.place) for where, crack in seen.cracks if crack.place is not None]
-        bricks_vary = any(key.startswith(("wall.", "opening", "control_joint")) for key in settings.variables)
-        if bricks_vary or not (local or seen.level):
+        self.walls, self.left = {}, {None: 0.0}
+        if house is not None:
+            self.walls = {name: number for number, name in enumerate(house.names)}
+            self.left |= dict(zip(house.names, unfolded_starts(house).tolist()))
+        for name, scene in zip(self.walls, house.scenes) if house is not None else ((None, settings.scene),):
+            self._require_near_joints(seen, settings, name, scene)
+
+    def _require_near_joints(self, seen: Observations, settings: StudySettings, name: str | None, scene: Scene) -> None:
+        """Check that joints of one wall are near its cracks, and that points of levels are on two blocks."""
+        local = [(where, c, c.place) for where, c in seen.cracks if c.place is not None and c.wall == name]
+        if far := [(where, crack) for where, crack, _ in local if name is not None and crack.within > SPACING]:
+            where, crack = far[0]
+            raise InputError(f"{where}: within = {crack.within:g} m: at most {SPACING:g} m on a wall of a house.")
+        if settings.shape_varies or not (local or seen.level):
             return
-        solver = settings.scene.solver
-        model = wall_model(replace(settings.scene, solver=replace(solver, blocks="rigid")))
+        model = wall_model(replace(scene, solver=replace(scene.solver, blocks="rigid")))
         joints, blocks = joint_map(model), model.blocks
         joints_of_part = {"wall": joints.is_wall, "below_dpc": joints.is_base, "dpc": joints.is_dpc}
         for where, crack, (x, y) in local:
@@ -248,8 +300,8 @@ class StoredWalls:
                     "joints: give a larger `within`, or the position of a joint."
                 )
         for k, level in enumerate(seen.level, 1):
-            ends = ((level.x, level.y), (level.to_x, level.to_y))
-            if len({int(np.hypot(blocks.x - x, blocks.y - y).argmin()) for x, y in ends}) < 2:
+            ends = [place for of_wall, *place in level.ends if of_wall == name]
+            if len(ends) == 2 and len({int(np.hypot(blocks.x - x, blocks.y - y).argmin()) for x, y in ends}) < 2:
                 raise InputError(
                     f"level {k}: both points are on one block, which stays level; give points farther apart."
                 )
@@ -315,13 +367,13 @@ class StoredWalls:
             key = (table, first.quantity, getattr(first, "direction", None))
             return [np.array(values) for values in zip(*(self._local_values(key, first, int(row)) for row in rows))]
         if table == "crack":
-            value = self._values(_WIDEST[first.part], "cracks of this part")
+            value = self._values(_WIDEST[first.part], "cracks of this part", wall=first.wall)
         elif table != "window":
-            value = self._values(f"{table}_max", "slopes")
+            value = self._values(f"{table}_max", "slopes", wall=first.wall)
         elif first.width_change is not None:
-            value = self._values("opening_width_change", "openings", 3)[..., first.opening - 1]
+            value = self._values("opening_width_change", "openings", 3)[..., self._opening(first)]
         else:
-            value = self._values("opening_distortion", "openings", 3)[..., first.opening - 1]
+            value = self._values("opening_distortion", "openings", 3)[..., self._opening(first)]
             value = value / sticking_limits().angle[0]
         return [value[rows]] * 2
 
@@ -330,13 +382,23 @@ class StoredWalls:
         if (*key, sample) not in self._local:
             replayed, count = self.replayed(sample), self.movement.shape[1]
             if isinstance(seen, LevelObservation):
-                read = (replayed.level((seen.x, seen.y), (seen.to_x, seen.to_y), count),) * 2
+                start, end = ((self.left[wall] + x, y) for wall, x, y in seen.ends)
+                read = (replayed.level(start, end, count),) * 2
             else:
-                read = replayed.widest(seen, count)
+                read = replayed.widest(replace(seen, x=self.left[seen.wall] + seen.x), count)
             self._local[(*key, sample)] = read
         return self._local[(*key, sample)]
 
-    def _values(self, name: str, what: str, dimensions: int = 2) -> FloatArray:
+    def _opening(self, seen: WindowObservation) -> int:
+        """Number of an opening in the list of all walls."""
+        if seen.wall is None:
+            return seen.opening - 1
+        walls = self.ds["opening_wall"].values.max(axis=0)
+        return int(np.flatnonzero(walls == self.walls[seen.wall])[seen.opening - 1])
+
+    def _values(self, name: str, what: str, dimensions: int = 2, wall: str | None = None) -> FloatArray:
+        if wall is not None:
+            return self._values(f"wall_{name}", what, 3)[..., self.walls[wall]]
         if name not in self.ds or self.ds[name].ndim != dimensions:
             raise InputError(f"{self.path}: the archive has no {name}; {what} cannot be observed on its walls.")
         return np.asarray(self.ds[name].values, dtype=np.float64)

@@ -417,6 +417,8 @@ class _Pieces:
         for name, column in columns.items():
             if column.dims == (name,) and name not in ("sample", "increment"):
                 self.coordinates[name] = column.values
+                if "flag_meanings" in column.attributes:
+                    self.attributes[name] = dict(column.attributes)
             if "sample" not in column.dims or name == "sample" or name not in VARIABLES:
                 continue
             if name not in self.values:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -302,6 +302,7 @@ BY_WALL = (
     *("base_crack_width_max", "dpc_opening_max", "dpc_separation_length", "dpc_slip_max", "footing_opening_max"),
     *("footing_separation_length", "tilt_max", "slope_max", "base_slope_max", "central_deflection"),
     *("deflection_ratio", "base_reaction", "control_joint_opening_max", "control_joint_closing_max", "deviation_level"),
+    "crack_group_width",
 )
 """Results that a house has for each wall, as ``wall_<name>``; ``<name>`` is the largest of all walls."""
 OF_HOUSE = {
@@ -342,7 +343,7 @@ END_VARIABLES = (
 )
 """Results at the end of a sample's own movement, in a study that stores both path and end."""
 
-for _name in END_VARIABLES:
+for _name in (*END_VARIABLES, *(f"wall_{name}" for name in END_VARIABLES if name in BY_WALL)):
     _path = VARIABLES[_name]
     VARIABLES[f"end_{_name}"] = replace(
         _path, dims=("sample", *_path.dims[1:]), long_name=f"{_path.long_name}, at the end of the sample's movement"
@@ -361,6 +362,11 @@ def category_attributes(names: tuple[str, ...], comment: str, variable: str = "d
     flags = tuple(name.replace(" ", "_") for name in names)
     registered = VARIABLES[variable]
     return Variable(registered.dims, None, registered.long_name, flags).attributes() | {"comment": comment}
+
+
+def wall_attributes(names: Sequence[str]) -> dict[str, Any]:
+    """Attributes of the walls of a house with these names."""
+    return replace(VARIABLES["wall"], units=None, flags=tuple(names)).attributes()
 
 
 def with_shared_movement(ds: xr.Dataset) -> xr.Dataset:

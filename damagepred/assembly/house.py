@@ -39,7 +39,6 @@ from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import House, Joint
 from damagepred.scene.plan import Junction
-from damagepred.scene.plan_ground import is_proportional
 
 NODE_STIFFNESS = 1e13
 """Shear stiffness between footings that meet (Pa/m): some hundred times stiffer than a segment of a strip footing."""
@@ -129,17 +128,20 @@ def house_model(house: House, fields: Mapping[str, FloatArray] | None = None) ->
 
 
 def _walls(house: House, fields: Mapping[str, FloatArray]) -> tuple[Model, ...]:
-    """Models of the walls; each takes its own part of the joint fields."""
+    """Models of the walls; each takes its part of the joint fields of its material."""
     if not fields:
         return tuple(wall_model(scene) for scene in house.scenes)
     ends = np.cumsum([len(wall_geometry(scene).mortar.kind) for scene in house.scenes])
+    parts: list[dict[str, FloatArray]] = [{} for _ in house.wall]
     for key, values in fields.items():
         if np.shape(values) != (ends[-1],):
             raise InputError(f"'{key}': needs one value for each of the {ends[-1]} joints, got {np.shape(values)}.")
-    parts = {key: np.split(values, ends[:-1]) for key, values in fields.items()}
-    return tuple(
-        wall_model(scene, {key: part[w] for key, part in parts.items()}) for w, scene in enumerate(house.scenes)
-    )
+        *name, table, quantity = key.split(".")  # wall.front.joint.cohesion, or joint.cohesion of all other walls
+        for wall, part, own in zip(house.wall, parts, np.split(values, ends[:-1])):
+            shared = table == "dpc" or (wall.joint is None and (table == "joint" or wall.head_joint is None))
+            if name[1:] == [wall.name] or (not name and shared):
+                part[f"{table}.{quantity}"] = own
+    return tuple(map(wall_model, house.scenes, parts))
 
 
 def _joined(parts: Sequence[Sequence[np.ndarray]], order: IntArray | slice = slice(None)) -> list[np.ndarray]:
@@ -163,9 +165,14 @@ def _starts(counts: Iterable[float]) -> Any:
     return np.cumsum([0, *counts])
 
 
+def unfolded_starts(house: House) -> FloatArray:
+    """Start of each wall in the unfolded elevation (m)."""
+    return np.asarray(_starts(wall.length + SPACING for wall in house.wall)[:-1])
+
+
 def _unfold(house: House, walls: Sequence[Model]) -> Unfolded:
     shift, of_joints = _starts(m.n_blocks for m in walls), _starts(len(m.joints.kind) for m in walls)
-    left = _starts(wall.length + SPACING for wall in house.wall)[:-1]
+    left = unfolded_starts(house)
     blocks, elastic = _blocks(walls, left), _elastic(walls)
     pairs = _corner_pairs(house, walls, shift, left)
     face = _corner_faces(house, pairs, blocks, int(of_joints[-1]))
@@ -373,6 +380,6 @@ def _ground(house: House, walls: Sequence[Model]) -> GroundMovement:
         rise, drift = house.surface(points, factor), (house._drift(points, factor) * axis).sum(axis=-1)
         return Ground(np.ascontiguousarray(n_y * rise + n_x * drift), np.ascontiguousarray(n_y * drift - n_x * rise))
 
-    if not house.movement.reverses and is_proportional(house.mound, house.outline, house.movement.kind):
+    if not house.movement.reverses and house.ground_is_proportional:
         return GroundMovement(state(1.0))
     return GroundMovement.growing(state, house.movement.reverses)

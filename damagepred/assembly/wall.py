@@ -109,7 +109,7 @@ class WallGeometry(NamedTuple):
     sides: Sides
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=16)  # a house has one per wall
 def _geometry(
     wall: Wall,
     opening: tuple[Opening, ...],

@@ -23,9 +23,11 @@ from damagepred.archive.schema import (
     VARIABLES,
     WORST_CATEGORY,
     category_attributes,
+    wall_attributes,
 )
 from damagepred.arrays import FloatArray
 from damagepred.assembly import wall_geometry
+from damagepred.assembly.house import HouseModel
 from damagepred.assembly.interfaces import Geometry
 from damagepred.assembly.model import Model
 from damagepred.campaign.settings import StudySettings, read_frozen
@@ -34,9 +36,10 @@ from damagepred.damage import Rules
 from damagepred.enumerations import FailureKind, SampleStatus
 from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, InputError, StudyError
 from damagepred.one_wall.dataset import history_values, movement_values, path_values, shares_of_size
-from damagepred.one_wall.judged_path import Step, follow_wall, without_zone_fields
+from damagepred.one_wall.house import follow_scene, house_values
+from damagepred.one_wall.judged_path import Step, without_zone_fields
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.scene import Scene
+from damagepred.scene import House, Scene
 from damagepred.uq.design import Design
 from damagepred.uq.fields import JointPlaces, course_sequences
 
@@ -86,22 +89,33 @@ def _on_nearest(fields: dict[str, FloatArray], drawn_on: Scene, scene: Scene) ->
     """Values at each joint of a scene from the nearest joint of another, of the same kind if possible."""
     from scipy.spatial import KDTree
 
-    theirs, ours = wall_geometry(drawn_on).mortar, wall_geometry(scene).mortar
-    nearest = np.empty(len(ours.kind), dtype=np.int64)
-    for kind in np.unique(ours.kind):
-        own_joints, other_joints = np.flatnonzero(ours.kind == kind), np.flatnonzero(theirs.kind == kind)
-        other_joints = other_joints if other_joints.size else np.arange(len(theirs.kind))
-        tree = KDTree(np.column_stack((theirs.x[other_joints], theirs.y[other_joints])))
-        nearest[own_joints] = other_joints[tree.query(np.column_stack((ours.x[own_joints], ours.y[own_joints])))[1]]
-    return {key: values[nearest] for key, values in fields.items()}
+    first, chosen = 0, []
+    for other_wall, wall in zip(drawn_on.scenes, scene.scenes):
+        theirs, ours = wall_geometry(other_wall).mortar, wall_geometry(wall).mortar
+        nearest = np.empty(len(ours.kind), dtype=np.int64)
+        for kind in np.unique(ours.kind):
+            own_joints, other_joints = np.flatnonzero(ours.kind == kind), np.flatnonzero(theirs.kind == kind)
+            other_joints = other_joints if other_joints.size else np.arange(len(theirs.kind))
+            tree = KDTree(np.column_stack((theirs.x[other_joints], theirs.y[other_joints])))
+            nearest[own_joints] = other_joints[tree.query(np.column_stack((ours.x[own_joints], ours.y[own_joints])))[1]]
+        chosen.append(first + nearest)
+        first += len(theirs.kind)
+    return {key: values[np.concatenate(chosen)] for key, values in fields.items()}
 
 
 def joint_places(scene: Scene) -> JointPlaces:
-    """Positions of the joints of a scene's wall, and their neighbours in the course."""
-    return _places_on(wall_geometry(scene), scene.wall.block_length)
+    """Positions of the joints, and their neighbours in the course; walls of a house are independent."""
+    walls = [_places_on(wall_geometry(part), part.wall.block_length) for part in scene.scenes]
+    if len(walls) == 1:
+        return walls[0]
+    first = np.cumsum([0, *(place.sequence[-1] + 1 for place in walls)])
+    kinds = [place.kind.astype(np.int64) + 100 * number for number, place in enumerate(walls)]
+    numbered = [place._replace(sequence=place.sequence + n, kind=k) for place, n, k in zip(walls, first, kinds)]
+    sequence, kind, x, y = (np.concatenate(column) for column in list(zip(*numbered))[:4])
+    return JointPlaces(sequence, kind, x, y, walls[0].unit)
 
 
-@lru_cache(maxsize=1)  # most samples of a study share one geometry
+@lru_cache(maxsize=16)  # most samples of a study share one geometry, of each wall of a house
 def _places_on(geometry: Geometry, brick: float) -> JointPlaces:
     joints = geometry.mortar
     # one and a half bricks: more than the distance of neighbouring units, less than across any opening
@@ -201,7 +215,7 @@ def solve_sample(settings: StudySettings, design: Design, sample: int, values: M
     model: Model | None = None
     try:
         scene, fields = sampled_wall(settings, design, sample, values)
-        for solved, step in follow_wall(scene, fields, scene.movement.increment_count):
+        for solved, step in follow_scene(scene, fields, scene.movement.increment_count):
             if step.increment.number == 0:  # also of a path that starts again because a brick breaks
                 model = solved
                 steps.clear()
@@ -238,9 +252,20 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     movement. A path that ended with unloaded jacks or supports is at the limit of the rig: the movement ends there.
     """
     increments = settings.scene.movement.increment_count
-    values = path_values(model, steps)
-    group_count = values.pop("group_count")
-    shares = energy_shares(values) | shares_of_size(model, steps)
+    rules = Rules.from_settings(**asdict(settings.scene.damage))
+    table = rules.table
+    whole: dict[str, np.ndarray] = {}
+    if isinstance(model, HouseModel):
+        values, walls = house_values(model, steps), model.walls
+        whole = {"wall": values.pop("wall")}
+        if "opening_wall" in values:
+            whole["opening_wall"] = values.pop("opening_wall")[None]
+        parts = [[step.walls[number] for step in steps] for number in range(len(walls))]
+    else:
+        values, walls, parts = path_values(model, steps), (model,), [steps]
+    whole["group_count"] = values.pop("group_count")
+    of_walls = [shares_of_size(wall, part) for wall, part in zip(walls, parts)]
+    shares = energy_shares(values) | {name: max(share[name] for share in of_walls) for name in of_walls[0]}
     beyond = increments + 1 - len(steps)
     last = steps[-1].increment
     filled: dict[str, np.ndarray] = {}
@@ -250,6 +275,8 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
             continue
         if column.dtype == np.int8:
             rest = FLAG_FILL if status == SampleStatus.FAILED or last.ended else column[-1]
+            if name.startswith("wall_"):  # the end of the path of a house is no end for its sounder walls
+                rest = np.where(column[-1] < table.highest, FLAG_FILL, column[-1])
         else:
             rest = np.nan if column.dtype.kind == "f" else -1
         tail = np.full((beyond, *column.shape[1:]), rest, dtype=column.dtype)
@@ -259,13 +286,13 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     if model.history is not None:
         progress = np.abs(model.history.load_factors)
         filled |= {name: value[None] for name, value in history_values(model.history, increments + 1).items()}
-    filled |= {name: value[None] for name, value in movement_values(model, progress).items()}
+    filled |= {name: value[None] for name, value in movement_values(walls[0], progress).items()}
     if model.jacks is not None:
         filled["limit_deflection"] = np.array([abs(last.deflection) if last.ended else np.nan])
     filled |= {
         "sample": np.array([sample]),
         "increment": np.arange(increments + 1),
-        "group_count": group_count,
+        **whole,
         "status": np.array([status], dtype=np.int8),
         "run_time": np.array([seconds]),
         "apex_limited": np.array([model.apex_limited]),
@@ -275,13 +302,12 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         "implausible": np.array([implausible(shares, settings.scene.solver)], dtype=np.int8),
     }
     columns = {name: _blank(name)._replace(values=value) for name, value in filled.items()}
-    rules = Rules.from_settings(**asdict(settings.scene.damage))
-    table = rules.table
     for name, more in (
         ("environment", as_table([environment()])),
         *(
             (n, category_attributes(table.category_names, f"{table.name}; {table.source}", n))
-            for n in (*CATEGORY_VARIABLES, WORST_CATEGORY)
+            for category in (*CATEGORY_VARIABLES, WORST_CATEGORY)
+            for n in (category, f"wall_{category}")
             if n in columns
         ),
         *rules.attributes().items(),
@@ -289,6 +315,8 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         ("snap_through_share", {"tolerance": settings.scene.solver.snap_through_tolerance}),
     ):
         columns[name] = columns[name]._replace(attributes={**columns[name].attributes, **more})
+    if isinstance(settings.scene, House):
+        columns["wall"] = columns["wall"]._replace(attributes=wall_attributes(settings.scene.names))
     if "time" in columns:
         columns["time"] = columns["time"]._replace(attributes={**columns["time"].attributes, "units": "year"})
     if "surface_movement" in columns:

@@ -24,11 +24,11 @@ from damagepred.inputs.text import check_title
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Report, Scene
 from damagepred.scene.described import described
-from damagepred.scene.house import require_one_wall
 from damagepred.scene.material_library import material
 from damagepred.scene.plausibility import require_possible
 from damagepred.scene.quantity import Count, Duration, Pure, to_si
 from damagepred.scene.reading import build, plain
+from damagepred.scene.scene import entry_number, step_names, unchecked_scene
 from damagepred.solvers.options import SolverOptions
 from damagepred.uq.design import Design, Sampler
 from damagepred.uq.importance import Proposal, check
@@ -188,9 +188,7 @@ class StudySettings:
             for key in (key for key in _REMOVED if how.get(key)):
                 warnings.warn(f"{source}: [study] {key} has no effect: {_REMOVED[key]}; leave it out", stacklevel=4)
             tables = {**tables, "study": {key: value for key, value in how.items() if key not in _REMOVED}}
-        if isinstance(scene := tables.get("scene"), Scene):
-            require_one_wall(scene, f"{source}: a study")
-        if isinstance(scene, Scene) and scene.report is not None:
+        if isinstance(scene := tables.get("scene"), Scene) and scene.report is not None:
             scene, of_scene = copy(scene), plain(scene.report)
             object.__setattr__(scene, "report", None)
             head = tables.get("report", {})
@@ -208,6 +206,8 @@ class StudySettings:
     def of_tables(cls, tables: Mapping[str, Any], folder: Path, source: str) -> StudySettings:
         """Settings with the values of their files, which are in a folder."""
         tables = {key: value for key, value in tables.items() if key != VERSION}
+        if isinstance(scene := tables.get("scene"), Mapping):
+            tables["scene"] = unchecked_scene(scene, f"{source}: [scene]")
         settings = build(cls, tables, source)._with_places_of_scene(source)._with_material_scatter()
         settings = settings._with_sample_table(folder)
         measured = {p: v.with_values(p, Scene.unit_of(p), folder) for p, v in settings.variables.items()}
@@ -300,11 +300,13 @@ class StudySettings:
         if "wall.length" in (*self.variables, *self.study.table_columns):
             self.scene.require_own_length(f'{source}: [variables."wall.length"]')
         for key, variable in self.variables.items():
-            if variable.field is not None and key.split(".")[0] not in ("joint", "head_joint", "dpc"):
+            if variable.field is not None and key.split(".")[-2] not in ("joint", "head_joint", "dpc"):
                 raise InputError(
                     f'{source}: [variables."{key}"] field: only numbers of joint, head_joint and dpc vary from '
                     "joint to joint."
                 )
+        if (others := self.study.fields_from) is not None and len(others.scenes) != len(self.scene.scenes):
+            raise InputError(f"{source}: study.fields_from: must have as many walls as the scene.")
         self._check_correlation(source, self.scene.numbers)
         self._check_sampling(source)
         self._check_range(source)
@@ -434,7 +436,9 @@ class StudySettings:
     @property
     def shape_varies(self) -> bool:
         """Whether samples have different bricks and joints: numbers of wall, openings or control joints vary."""
-        return any(key.split(".")[0] in ("wall", "opening", "control_joint") for key in self.variables)
+        steps = [key.split(".") for key in self.variables]
+        materials = ("block", "joint", "head_joint", "loads")  # of one wall of a house
+        return any(s[0] in ("wall", "opening", "control_joint") and s[-2] not in materials for s in steps)
 
     @property
     def damage_table(self) -> DamageTable:
@@ -511,10 +515,19 @@ def study_tables(file: Path) -> tuple[dict[str, Any], Path]:
 
 
 def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Nested tables with changes; lists are replaced."""
+    """Nested tables with changes; a table changes entries of a list by name or number, a list replaces it."""
     both = dict(tables)
     for key, value in changes.items():
         old = both.get(key)
+        if isinstance(old, list) and isinstance(value, Mapping):
+            both[key] = list(old)
+            for name, change in value.items():
+                if (number := entry_number(old, name)) < 0 or not isinstance(change, Mapping):
+                    raise InputError(
+                        f"{key}.{name}: there is no such [[{key}]]; the entries are {', '.join(step_names(old))}."
+                    )
+                both[key][number] = merged(old[number], change)
+            continue
         both[key] = merged(old if isinstance(old, Mapping) else {}, value) if isinstance(value, Mapping) else value
     return both
 

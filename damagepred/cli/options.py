@@ -63,6 +63,7 @@ PICTURES = (".png", ".pdf", ".svg")
 SceneOrStudyFile = Annotated[Path, typer.Argument(help="Scene or study file (TOML).", show_default=False)]
 StudyFile = Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)]
 StudyFolderPath = Annotated[Path, typer.Argument(help="Study folder (*.dp).", show_default=False)]
+Wall = Annotated[str | None, typer.Option("--wall", help="Wall of a house; by default the house, by its worst wall.")]
 WallOrStudy = Annotated[
     Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False, is_eager=True)
 ]

@@ -16,6 +16,7 @@ def estimate(
     folder: opt.StudyFolderPath,
     category: opt.Category,
     at: opt.MovementOrClass = "site",
+    wall: opt.Wall = None,
     confidence: opt.Confidence = 0.9,
     study_file: Annotated[
         Path | None, typer.Option("--study", help="Study file whose [study.epistemic] to take instead.")
@@ -34,7 +35,7 @@ def estimate(
     movement = movement_distribution(at, option="--at")
     others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
     category = category_number(open_study(folder), category)
-    estimates = alternatives(folder, category, movement, others=others, confidence=confidence)
+    estimates = alternatives(folder, category, movement, others=others, confidence=confidence, wall=wall)
     if json:
         points = () if movement.own else movement.points  # shares of each wall's own movement
         values = [{**one._asdict(), "name": one.name or None} for one in estimates]
@@ -49,6 +50,7 @@ def compare(
     folders: Annotated[list[Path], typer.Argument(help="Study folders (*.dp); the first is the reference.")],
     category: opt.Category,
     at: opt.MovementOrClass = "site",
+    wall: opt.Wall = None,
     confidence: opt.Confidence = 0.9,
     output: opt.NetcdfFile = None,
     plot: opt.Picture = None,
@@ -56,9 +58,9 @@ def compare(
     quiet: opt.Quiet = False,
 ) -> None:
     """Compare studies: change of a probability of damage by each measure, with the same samples."""
-    from damagepred.archive.folder import open_study
     from damagepred.cli.sentences import comparison_lines
     from damagepred.errors import InputError
+    from damagepred.results.house import study_of
     from damagepred.uq.capacity import category_number
     from damagepred.uq.comparison import compare as compare_studies
     from damagepred.uq.movement_distribution import movement_distribution
@@ -69,7 +71,7 @@ def compare(
         names = [str(folder) for folder in folders]
     if twice := [name for name in names if names.count(name) > 1]:
         raise InputError(f"{twice[0]}: is given twice; compare it with another study.")
-    studies = {name: open_study(folder) for name, folder in zip(names, folders)}
+    studies = {name: study_of(folder, wall) for name, folder in zip(names, folders)}
     category = category_number(next(iter(studies.values())), category)
     comparison = compare_studies(studies, categories=[category], at=[movement], confidence=confidence)
     if json:
@@ -139,6 +141,7 @@ def fragility(
     output: opt.NetcdfFile = None,
     plot: opt.Picture = None,
     csv: opt.CsvFile = None,
+    wall: opt.Wall = None,
     intensity: Annotated[
         opt.Intensity | None,
         typer.Option(
@@ -173,14 +176,14 @@ def fragility(
     quiet: opt.Quiet = False,
 ) -> None:
     """Fit fragility curves to a study."""
-    from damagepred.archive.folder import open_study
     from damagepred.cli.sentences import surface_lines
     from damagepred.errors import InputError
+    from damagepred.results.house import study_of
     from damagepred.results.rejudge import footing_gap_note, judge_again
     from damagepred.uq.fragility import fit_fragility, fit_surface
 
     wanted = terminal.categories(categories)
-    study = open_study(folder)
+    study = study_of(folder, wall)
     if measure is not None or footing_gap is not None:
         study = judge_again(study, measure=measure, count_footing_gap=footing_gap)
     fit: dict[str, Any] = {
@@ -278,6 +281,7 @@ def sensitivity(
     at: Annotated[
         str | None, typer.Option("--at", metavar="site", help="Of damage at each wall's own movement.")
     ] = None,
+    wall: opt.Wall = None,
     plot: opt.Picture = None,
     output: opt.NetcdfFile = None,
     confidence: opt.Confidence = 0.9,
@@ -287,8 +291,8 @@ def sensitivity(
 ) -> None:
     """Rank the inputs of a study by their influence on damage: rank correlations and shares of variance."""
     from damagepred.analyses.variance_shares import study_sensitivity
-    from damagepred.archive.folder import open_study
     from damagepred.errors import InputError
+    from damagepred.results.house import study_of
 
     if at not in (None, "site"):
         raise InputError(
@@ -297,7 +301,7 @@ def sensitivity(
         )
     chosen = 1 if category is None and result is None else category
     indices = study_sensitivity(
-        open_study(folder), category=chosen, output=result, own_ground=at is not None, confidence=confidence
+        study_of(folder, wall), category=chosen, output=result, own_ground=at is not None, confidence=confidence
     )
     opt.keep_curves(indices, output, plot)
     if json:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import CATEGORY_VARIABLES, VARIABLES
+from damagepred.archive.schema import VARIABLES
 from damagepred.enumerations import SampleStatus, flag_meanings
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
@@ -89,7 +89,7 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Indexed by sample. ``status`` is in words; results with increments are the largest along the path, NaN (-1 for a
-        category) where unknown.
+        category) where unknown. Of a study of houses the worst wall, and of each wall its category and widest crack.
 
     Examples
     --------
@@ -105,15 +105,20 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     if "status" in frame:
         names = flag_meanings(SampleStatus)
         frame["status"] = [names[s] for s in ds["status"].values]
+    walls = str(ds["wall"].attrs["flag_meanings"]).split() if "wall" in ds.dims else []
+    of_walls = [f"wall_{name}" for name in ("damage_category", "crack_width_max")]
+    of_walls = [name for name in of_walls if name in ds and ds[name].dims == ("sample", "increment", "wall")]
+    parts = {name.replace("wall", wall, 1): ds[name][..., k] for name in of_walls for k, wall in enumerate(walls)}
     for name in (
+        *parts,
         *("damage_category", "damage_category_band", "crack_width_max", "crack_band_width_max", "dpc_opening_max"),
         *("footing_opening_max", "central_deflection", "deflection_ratio"),
     ):
-        if name in ds.variables and ds[name].dims == ("sample", "increment"):
-            values = ds[name].values
+        if name in parts or (name in ds.variables and ds[name].dims == ("sample", "increment")):
+            values = parts[name].values if name in parts else ds[name].values
             lowest = -1 if values.dtype.kind in "iu" else -np.inf
             worst = np.where(np.isfinite(values), values, lowest).max(axis=1, initial=lowest)
-            column = name if name in CATEGORY_VARIABLES else f"{name.removesuffix('_max')}_max"
+            column = name if values.dtype.kind in "iu" else f"{name.removesuffix('_max')}_max"
             frame[column] = worst if values.dtype.kind in "iu" else np.where(np.isneginf(worst), np.nan, worst)
     return frame
 

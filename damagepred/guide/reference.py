@@ -20,7 +20,7 @@ from pydantic_core import PydanticUndefined
 from damagepred.archive.schema import VARIABLES
 from damagepred.archive.schema import Variable as ArchiveVariable
 from damagepred.campaign.settings import Sampling
-from damagepred.scene import Corner, PlanMound, PlanWall, Scene
+from damagepred.scene import Corner, GroundSource, PlanMound, PlanWall, Scene
 from damagepred.scene.quantity import Quantity
 from damagepred.solvers.options import option_classes
 from damagepred.uq.importance import Proposal
@@ -37,7 +37,12 @@ STUDY_TABLES: dict[str, type] = {
     '[[variables."place".components]]': Component,
 }
 
-HOUSE_TABLES: dict[str, type] = {"[[wall]]": PlanWall, "[corner]": Corner, "[mound] in plan": PlanMound}
+HOUSE_TABLES: dict[str, type] = {
+    "[[wall]]": PlanWall,
+    "[corner]": Corner,
+    "[mound] in plan": PlanMound,
+    "[[source]]": GroundSource,
+}
 """Tables of a house, with the keys that one wall lacks."""
 
 ADVANCED_TABLES = {f"[solver.advanced.{name}]": kind for name, kind in option_classes().items()}

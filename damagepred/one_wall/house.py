@@ -1,4 +1,4 @@
-"""Path of a house, judged wall by wall, and its dataset."""
+"""Path of a house, judged wall by wall, its values and its dataset."""
 
 from __future__ import annotations
 
@@ -9,14 +9,22 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import BY_WALL, CATEGORY_VARIABLES, VARIABLES, category_attributes, dataset
+from damagepred.archive.schema import (
+    BY_WALL,
+    CATEGORY_VARIABLES,
+    VARIABLES,
+    category_attributes,
+    dataset,
+    wall_attributes,
+)
 from damagepred.arrays import FloatArray
 from damagepred.assembly.house import HouseModel
+from damagepred.assembly.model import Model
 from damagepred.damage import Rules, Verdict
-from damagepred.one_wall.dataset import collect
-from damagepred.one_wall.judged_path import Step, gauges, judged
+from damagepred.one_wall.dataset import collect, path_values
+from damagepred.one_wall.judged_path import Step, follow_wall, gauges, judged, model_of
 from damagepred.runtime.one_thread import each_with_one_blas_thread, one_blas_thread
-from damagepred.scene import Damage, House, Solver
+from damagepred.scene import Damage, House, Scene, Solver
 from damagepred.solvers import Increment, solve_path
 
 PLACES = ("block", "contact", "vertex", "opening", "section")
@@ -34,6 +42,19 @@ def follow_house(model: HouseModel, solver: Solver, damage: Damage, increments: 
         parts = [replace(of_wall(model, increment, w), collapsed=w == fallen) for w in range(len(places))]
         walls = tuple(judged(place, part, rules) for place, part in zip(places, parts))
         yield Step(increment, _worst([step.verdict for step in walls]), walls)
+
+
+def follow_scene(
+    scene: Scene, fields: Mapping[str, FloatArray] | None, increments: int, damage: Damage | None = None
+) -> Iterator[tuple[Model, Step]]:
+    """Solve the static path of a wall or house; yield each increment, with the model."""
+    if not isinstance(scene, House):
+        yield from follow_wall(scene, fields, increments, damage)
+        return
+    model = model_of(scene, fields)
+    assert isinstance(model, HouseModel)
+    for step in follow_house(model, scene.solver, damage or scene.damage, increments):
+        yield model, step
 
 
 def of_wall(model: HouseModel, increment: Increment, number: int) -> Increment:
@@ -84,31 +105,10 @@ def collect_house(
             if scene.opening:
                 part[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
         parts.append(part)
-    names = dict.fromkeys(str(name) for part in parts for name in part.variables)
-    values: dict[str, Any] = {}
-    for name in names:
-        holders = [part for part in parts if name in part.variables]
-        arrays, dims = [part[name].values for part in holders], holders[0][name].dims
-        place = next((dim for dim in PLACES if dim in dims), None)
-        if place is not None:
-            values[name] = np.concatenate(arrays, axis=dims.index(place))
-        elif name in BY_WALL:
-            missing = np.full(arrays[0].shape, np.nan)
-            by_wall = [part[name].values if name in part.variables else missing for part in parts]
-            values[f"wall_{name}"] = np.stack(by_wall, axis=-1)
-            if name not in NOT_OF_HOUSE:
-                values[name] = np.nanmax(values[f"wall_{name}"], axis=-1)
-        else:
-            values[name] = arrays[0] if name != "crack_group_width" else np.max(arrays, axis=0)
-    for place in PLACES:
-        sizes = [part.sizes.get(place, 0) for part in parts]
-        if any(sizes):
-            values[f"{place}_wall"] = np.repeat(np.arange(len(parts)), sizes)
+    values = _of_all_walls([{str(name): v.values for name, v in part.variables.items()} for part in parts])
     _number_on(values, "vertex_block", "vertex_wall", [m.n_blocks for m in model.walls])
     _number_on(values, "contact_interface", "contact_wall", [len(m.interfaces.kind) for m in model.walls])
     _number_on(values, "contact_joint", "contact_wall", [len(m.joints.kind) for m in model.walls])
-    values["base_reaction"] = values["wall_base_reaction"].sum(axis=-1)
-    values["damaged_walls"] = (values["wall_damage_category"] >= 1).sum(axis=-1)
     values |= _plan(house) | _corner_values(model, steps, len(house.junctions))
     ds = dataset(values, {**parts[0].attrs, "span": model.span, "mean_block_weight": model.mean_block_weight})
     for name in ("displacement_share", "crack_share", "implausible"):
@@ -118,11 +118,40 @@ def collect_house(
         ds.attrs[f"{name}_limited_joints"] = count
     for shared in ds.variables.keys() & parts[0].variables.keys():
         ds[shared].attrs.update(parts[0][shared].attrs)
-    ds["wall"].attrs = replace(VARIABLES["wall"], units=None, flags=tuple(house.names)).attributes()
+    ds["wall"].attrs = wall_attributes(house.names)
     table = Rules.from_settings(**asdict(damage)).table
     for name in (f"wall_{category}" for category in CATEGORY_VARIABLES):
         ds[name].attrs = category_attributes(table.category_names, f"{table.name}; {table.source}", name)
     return ds
+
+
+def house_values(model: HouseModel, steps: Sequence[Step]) -> dict[str, Any]:
+    """Variables of whole increments: of each wall, and of the house by its worst wall; see ``path_values``."""
+    parts = [path_values(wall, [s.walls[number] for s in steps]) for number, wall in enumerate(model.walls)]
+    return _of_all_walls(parts) | {"wall": np.arange(len(parts), dtype=np.int8)}
+
+
+def _of_all_walls(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Values of all walls together: blocks and contacts one after the other, results of each wall and the largest."""
+    values: dict[str, Any] = {}
+    sizes: dict[str, list[int]] = {}
+    for name in dict.fromkeys(name for part in parts for name in part):
+        arrays, dims = [part[name] for part in parts if name in part], VARIABLES[name].dims
+        if (place := next((dim for dim in PLACES if dim in dims), None)) is not None:
+            axis = dims.index(place)
+            values[name] = np.concatenate(arrays, axis=axis)
+            sizes[place] = [part[name].shape[axis] if name in part else 0 for part in parts]
+        elif name in BY_WALL:
+            missing = np.full(arrays[0].shape, np.nan)
+            values[f"wall_{name}"] = np.stack([part.get(name, missing) for part in parts], axis=-1)
+            if name not in NOT_OF_HOUSE:
+                values[name] = np.fmax.reduce(values[f"wall_{name}"], axis=-1)
+        else:
+            values[name] = arrays[0]
+    values |= {f"{place}_wall": np.repeat(np.arange(len(parts)), size) for place, size in sizes.items()}
+    values["base_reaction"] = values["wall_base_reaction"].sum(axis=-1)
+    values["damaged_walls"] = (values["wall_damage_category"] >= 1).sum(axis=-1)
+    return values
 
 
 def _number_on(values: dict[str, Any], name: str, wall: str, counts: Sequence[int]) -> None:

@@ -41,7 +41,7 @@ class Gauges(NamedTuple):
 
 
 _RECENT: list[tuple[Model, Gauges]] = []
-"""Gauges of the last four models."""
+"""Gauges of the last models; a house has one per wall."""
 
 
 def gauges(model: Model) -> Gauges:
@@ -57,7 +57,7 @@ def gauges(model: Model) -> Gauges:
         SightLines.of_blocks(blocks.x, blocks.y, blocks.course, joints.dpc_level),
         Frames(jambs.block, jambs.arm, centroid[jambs.block] + jambs.arm),
     )
-    _RECENT[:] = [(model, new), *_RECENT[:3]]
+    _RECENT[:] = [(model, new), *_RECENT[:15]]
     return new
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
+from damagepred.archive.folder import open_study
 from damagepred.archive.schema import BY_WALL, OF_HOUSE, Variable
 from damagepred.enumerations import ContactState, PathStatus
 from damagepred.errors import InputError, nearest
@@ -47,6 +49,12 @@ def house_of(ds: xr.Dataset) -> House:
     return house
 
 
+def study_of(path: str | Path, wall: str | None = None) -> xr.Dataset:
+    """Study of a folder; of a study of houses, the house by its worst wall, or one of its walls."""
+    ds = open_study(path)
+    return ds if wall is None else wall_dataset(ds, wall)
+
+
 @checked
 def wall_dataset(ds: xr.Dataset, name: str) -> xr.Dataset:
     """Result of one wall of a house, or of one wall in a study of houses, as of a wall alone.
@@ -64,8 +72,6 @@ def wall_dataset(ds: xr.Dataset, name: str) -> xr.Dataset:
     one = ds.isel({**places, "wall": number}, drop=True)
     own = {f"{end}wall_{key}": f"{end}{key}" for key in BY_WALL for end in ("", "end_") if f"{end}wall_{key}" in one}
     drop = [*(key for key in own.values() if key in one), *(key for key in OF_HOUSE if key in one and key not in own)]
-    if "contact" not in one.dims:  # a study has groups of cracks of the house alone
-        drop += [key for key in ("crack_group_width", "end_crack_group_width", "group_count") if key in one.variables]
     one = one.drop_vars(drop).rename(own)
     one = one.drop_dims([dim for dim in PLACES if one.sizes.get(dim) == 0])
     for key in ("vertex_block", "contact_interface", "contact_joint"):

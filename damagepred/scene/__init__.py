@@ -10,7 +10,7 @@ from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement
 from damagepred.scene.movement_stage import Stage
 from damagepred.scene.plan import Corner, PlanWall
-from damagepred.scene.plan_ground import PlanMound
+from damagepred.scene.plan_ground import GroundSource, PlanMound
 from damagepred.scene.rig import Rig
 from damagepred.scene.scene import Scene
 from damagepred.scene.seasons import Seasons, SeasonStep
@@ -40,6 +40,7 @@ __all__ = [
     "Dpc",
     "Dynamics",
     "Footing",
+    "GroundSource",
     "HeadJoint",
     "HeadJointFactors",
     "House",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from functools import cached_property
 from itertools import product
@@ -17,10 +17,10 @@ from damagepred.scene.described import described
 from damagepred.scene.materials import Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement
-from damagepred.scene.movement_stage import Kind
+from damagepred.scene.movement_stage import OPPOSITE, Kind
 from damagepred.scene.plan import Corner, Junction, PlanWall, junctions
-from damagepred.scene.plan_ground import REACTIVE, Outline, PlanMound, check_grid, drift, rise
-from damagepred.scene.scene import Scene
+from damagepred.scene.plan_ground import REACTIVE, GroundSource, Outline, PlanMound, check_grid, drift, rise
+from damagepred.scene.scene import Scene, step_names
 from damagepred.scene.wall import Wall
 
 OF_EACH_WALL = ("opening", "control_joint", "load")
@@ -48,6 +48,8 @@ class House(Scene):
         Vertical shear between walls that meet.
     mound : PlanMound
         Surface of the ground.
+    source : sequence of GroundSource
+        Further movements of the ground, which are added.
     movement : Movement
         Movement of the ground; only ``shape = "mound"``.
 
@@ -65,6 +67,7 @@ class House(Scene):
     wall: tuple[PlanWall, ...]  # type: ignore[assignment]
     corner: Corner = Field(default_factory=Corner)
     mound: PlanMound = Field(default_factory=PlanMound)
+    source: tuple[GroundSource, ...] = ()
     movement: Movement = Field(default_factory=lambda: Movement(shape="mound"))
 
     @model_validator(mode="after")
@@ -97,10 +100,23 @@ class House(Scene):
         return self
 
     def _ground_in_plan_fits(self) -> None:
-        mound, kind, outline = self.mound, self.movement.kind, self.outline
-        if self.movement.local == (mound.shape in REACTIVE):
+        self._mound_fits(self.mound, self.movement.kind, "movement.kind")
+        if self.source and not self.mound.surface_movement:
+            raise ValueError("source: comes in addition to a movement of [mound]; describe one source there")
+        names = step_names(self.source)
+        if twice := [name for name in names if names.count(name) > 1]:
+            raise ValueError(f"source: two have the name '{twice[0]}'; give each its own")
+        for name, source in zip(names, self.source):
+            try:
+                self._mound_fits(source, source.kind, "kind")
+            except ValueError as error:
+                raise ValueError(f"source {name}: {str(error).replace('mound.', '')}") from None
+
+    def _mound_fits(self, mound: PlanMound, kind: Kind, key: str) -> None:
+        outline = self.outline
+        if (kind in ("settle", "heave")) == (mound.shape in REACTIVE):
             words = "'dishing' or 'doming'" if mound.shape in REACTIVE else "'settle' or 'heave'"
-            raise ValueError(f"movement.kind = '{kind}': mound.shape = '{mound.shape}' goes with kind = {words}")
+            raise ValueError(f"{key} = '{kind}': mound.shape = '{mound.shape}' goes with kind = {words}")
         if self.soil_layer and mound.shape in ("corner", "tilt", "levels"):
             raise ValueError(f"soil_layer: clay gives no movement with mound.shape = '{mound.shape}'; leave it out")
         check_grid(mound, outline)
@@ -131,8 +147,9 @@ class House(Scene):
         moved = {w.name: 1e3 * self.surface(w.points(share * w.length)) for w in self.wall}
         low, high = min(moved, key=lambda name: moved[name].min()), max(moved, key=lambda name: moved[name].max())
         down, up = (round(value, 2) + 0.0 for value in (moved[low].min(), moved[high].max()))  # no -0
+        shapes = " and ".join(mound.shape for mound, _ in self._grounds)
         return (
-            f"The ground ({self.mound.shape}) ends lowest under '{low}', at {down:.3g} mm, and highest under '{high}', "
+            f"The ground ({shapes}) ends lowest under '{low}', at {down:.3g} mm, and highest under '{high}', "
             f"at {up:.3g} mm (up is positive)"
         )
 
@@ -140,6 +157,40 @@ class House(Scene):
     def names(self) -> list[str]:
         """Names of the walls."""
         return [wall.name for wall in self.wall]
+
+    @property
+    def span(self) -> float:  # noqa: D102
+        return max(wall.length for wall in self.wall)
+
+    @cached_property
+    def numbers(self) -> dict[str, float]:
+        """All real numbers by key; ``wall.thickness`` is the thickness of all walls where they have the same."""
+        shared = {}
+        for name in (field.name for field in fields(Wall) if field.name != "length"):
+            values = {getattr(wall, name) for wall in self.wall}
+            if len(values) == 1 and isinstance(value := values.pop(), float):
+                shared[f"wall.{name}"] = value
+        return super().numbers | shared
+
+    def place(self, text: str) -> str:  # noqa: D102
+        return text if text in self._of_all_walls else super().place(text)
+
+    @property
+    def _of_all_walls(self) -> set[str]:
+        """Keys of numbers that all walls share."""
+        return {key for key in self.numbers if key.count(".") == 1 and key.startswith("wall.")}
+
+    def free_tables(self) -> dict[str, Any]:  # noqa: D102
+        tables = super().free_tables()
+        for wall in tables["wall"]:
+            del wall["length"]
+        return tables
+
+    def with_values(self, values: Mapping[str, float]) -> Scene:  # noqa: D102
+        shared = {key: value for key, value in values.items() if key in self._of_all_walls}
+        own = {key: value for key, value in values.items() if key not in shared}
+        of_walls = {key.replace("wall.", f"wall.{n}.", 1): v for key, v in shared.items() for n in self.names}
+        return super().with_values(of_walls | own)
 
     @cached_property
     def junctions(self) -> tuple[Junction, ...]:
@@ -177,7 +228,7 @@ class House(Scene):
     def _ground_along(self, wall: PlanWall) -> Mound:
         """Ground along a wall at full movement, as a table."""
         share, size = np.linspace(0.0, 1.0, POINTS_ALONG), self.mound.surface_movement
-        moved = rise(self.mound, wall.points(share * wall.length), self.outline, self.movement.kind)
+        moved = self.surface(wall.points(share * wall.length))
         fraction = moved / (self.movement.sign * size) if size > 0.0 else 0.0 * moved
         return Mound(shape="table", surface_movement=size, table=tuple(zip(share.tolist(), fraction.tolist())))
 
@@ -191,16 +242,30 @@ class House(Scene):
         factor : float
             Load factor, below 0 on the side opposite to ``movement.kind``.
         """
-        return rise(*self._moved(points, factor))
+        return self._moved(rise, points, factor)
 
     def _drift(self, points: FloatArray, factor: float = 1.0) -> FloatArray:
         """Horizontal displacement (m) of the ground (..., 2)."""
-        return drift(*self._moved(points, factor))
+        return self._moved(drift, points, factor)
 
-    def _moved(self, points: FloatArray, factor: float) -> tuple[PlanMound, FloatArray, Outline, Kind]:
-        kind = self.movement.kind if factor >= 0.0 else self.movement.other
-        size = abs(factor) * self.mound.surface_movement
-        return replace(self.mound, surface_movement=size), points, self.outline, kind
+    def _moved(self, displacement: Callable[..., FloatArray], points: FloatArray, factor: float) -> FloatArray:
+        """Sum of the displacements of the mound and all sources."""
+        total: Any = 0.0
+        for mound, kind in self._grounds:
+            size = abs(factor) * mound.surface_movement
+            side = kind if factor >= 0.0 else OPPOSITE[kind]
+            total = total + displacement(replace(mound, surface_movement=size), points, self.outline, side)
+        return np.asarray(total)
+
+    @property
+    def _grounds(self) -> list[tuple[PlanMound, Kind]]:
+        return [(self.mound, self.movement.kind), *((source, source.kind) for source in self.source)]
+
+    @property
+    def ground_is_proportional(self) -> bool:
+        """Whether the surfaces of smaller movements have the same form."""
+        lengths = [length for length in self.outline.size if length > 0.0]
+        return all(mound.proportional(length, kind) for mound, kind in self._grounds for length in lengths)
 
 
 def require_one_wall(scene: Scene, what: str) -> None:

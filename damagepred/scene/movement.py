@@ -16,7 +16,7 @@ from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, require_count
 from damagepred.scene.described import described
 from damagepred.scene.footing_profile import arc, three_loads, through_points
-from damagepred.scene.movement_stage import UP, History, Kind, Stage, largest_size, sizes
+from damagepred.scene.movement_stage import OPPOSITE, UP, History, Kind, Stage, largest_size, sizes
 from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.scene.seasons import Seasons
 from damagepred.scene.settlement import (
@@ -369,8 +369,7 @@ class Movement:
     @property
     def other(self) -> Kind:
         """The opposite kind."""
-        pairs: dict[str, Kind] = {"dishing": "doming", "doming": "dishing", "settle": "heave", "heave": "settle"}
-        return pairs[self.kind]
+        return OPPOSITE[self.kind]
 
     def increments_of_history(self) -> History | None:
         """Increments of the stages; None without stages."""

@@ -14,6 +14,7 @@ from damagepred.scene.quantity import Count, Length, Pure, Years, to_si
 
 Kind = Annotated[Literal["dishing", "doming", "settle", "heave"], BeforeValidator(lambda w: SYNONYMS.get(str(w), w))]
 UP = ("doming", "heave")
+OPPOSITE: dict[str, Kind] = {"dishing": "doming", "doming": "dishing", "settle": "heave", "heave": "settle"}
 
 
 def sizes(stages: Any, key: str) -> list[Any]:

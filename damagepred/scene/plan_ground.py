@@ -12,7 +12,7 @@ from pydantic import model_validator
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
-from damagepred.scene.described import described
+from damagepred.scene.described import described, require_name
 from damagepred.scene.footing_profile import bell, gaussian
 from damagepred.scene.mound import Mound, mitchell, tree, walsh
 from damagepred.scene.movement import Movement
@@ -124,6 +124,35 @@ class PlanMound(Mound):
         return super().largest(kind) if self.shape in REACTIVE else self.surface_movement
 
 
+@described
+class GroundSource(PlanMound):
+    """Further movement of the ground under a house (``[[source]]``), such as a tree beside a mound of clay.
+
+    Its surface is added to the surface of ``[mound]``, has the same keys, and grows and reverses with it.
+
+    Attributes
+    ----------
+    name : str or None
+        Name in keys; without it the number of the source.
+    kind : {"settle", "heave", "dishing", "doming"}
+        Movement of the ground, as ``movement.kind``.
+
+    Examples
+    --------
+    >>> from damagepred.scene import GroundSource
+    >>> GroundSource(shape="pipe", point=("2 m", 0), kind="heave", surface_movement="15 mm").kind
+    'heave'
+    """
+
+    name: str | None = None
+    kind: Kind = "settle"
+
+    @model_validator(mode="after")
+    def _named(self) -> GroundSource:
+        require_name(self, "source", "oak")
+        return self
+
+
 def check_grid(mound: PlanMound, outline: Outline) -> None:
     """Refuse levels that do not cover the house (ValueError)."""
     for axis, name in enumerate("xy" if mound.levels else ""):
@@ -134,11 +163,6 @@ def check_grid(mound: PlanMound, outline: Outline) -> None:
                 f"levels: go from {name} = {first:g} to {last:g} m, the house from {low:g} to {high:g} m; give levels "
                 "all around it"
             )
-
-
-def is_proportional(mound: PlanMound, outline: Outline, kind: Kind) -> bool:
-    """Whether the surfaces of smaller movements have the same form."""
-    return all(mound.proportional(length, kind) for length in outline.size if length > 0.0)
 
 
 def rise(mound: PlanMound, points: FloatArray, outline: Outline, kind: Kind) -> FloatArray:

@@ -129,6 +129,8 @@ class Scene:
 
     @model_validator(mode="after")
     def _fits_together(self) -> Scene:
+        if isinstance(self.wall, tuple):  # a house as the scene of a study: it has checked itself
+            return self
         if self.head_joint is not None:
             self.head_joint.joint(self.joint)  # checks the combination of both
         wall = self.wall
@@ -418,6 +420,16 @@ class Scene:
         return f"{'mound' if self.movement.shape == 'mound' else 'movement'}.{key}"
 
     @property
+    def scenes(self) -> tuple[Scene, ...]:
+        """The wall alone, or the walls of a house."""
+        return (self,)
+
+    @property
+    def span(self) -> float:
+        """Length of the wall (m), of a house of its longest wall."""
+        return self.wall.length
+
+    @property
     def moves_in_plan(self) -> str | None:
         """Movement of the ground under a house, in a sentence; None for one wall."""
         return None
@@ -509,7 +521,7 @@ class Scene:
     def _require_consistent(self, stated: Any, source: str) -> None:
         """Refuse impossible numbers, and stated numbers (tables, or objects made in Python) that follow from others."""
         require_possible(self, {}, source)
-        for scene in getattr(self, "scenes", (self,)) if isinstance(stated, Mapping) else ():  # walls of a house
+        for scene in self.scenes if isinstance(stated, Mapping) else ():
             for thin in thin_strips(scene.wall, scene.opening):
                 raise InputError(f"{source}: {thin}.")
         log = bool(self.soil_layer)
@@ -557,7 +569,15 @@ class Scene:
         """Whether a key of a scene can be a real number, such as an optional one."""
         from damagepred.scene.reading import takes_number
 
-        return takes_number(cls, place.split("."))
+        return takes_number(cls._with_key(place), place.split("."))
+
+    @classmethod
+    def _with_key(cls, place: str) -> type[Scene]:
+        """Class whose tables have a key: a house for a place in a named wall or a corner."""
+        from damagepred.scene.house import House
+        from damagepred.scene.reading import takes_number
+
+        return next((kind for kind in (House, Scene) if takes_number(kind, place.split("."))), cls)
 
     def free_tables(self) -> dict[str, Any]:
         """``to_dict`` without the numbers determined by a soil log or seasons."""
@@ -590,18 +610,17 @@ class Scene:
                 steps.append((step, step))
                 continue
             names, where = step_names(value), ".".join(name for name, _ in steps)
-            number = int(step) if step.isdecimal() else names.index(step) + 1 if step in names else -1
-            if not 1 <= number <= len(names):
+            if (number := entry_number(value, step)) < 0:
                 own_names = [name for name in names if not name.isdecimal()]
                 count = (f"numbers count from 1, here to {len(names)}" if names else "the scene has none") + (
                     f"; names are {', '.join(own_names)}" if own_names else ""
                 )
-                older = f" Older files counted from 0: {where}.0 is {where}.1." if number == 0 and names else ""
+                older = f" Older files counted from 0: {where}.0 is {where}.1." if step == "0" and names else ""
                 raise InputError(
                     f"'{text}': the scene has no {where} '{step}'; {count}.{older}{nearest(step, own_names)}"
                 )
-            value = value[number - 1]
-            steps.append((names[number - 1], number - 1))
+            value = value[number]
+            steps.append((names[number], number))
         if not isinstance(value, float):
             raise InputError(
                 f"'{text}': the scene leaves this number out; give it a value there first."
@@ -616,7 +635,7 @@ class Scene:
         """SI unit of a number by its key, ``"1"`` for a pure number."""
         from damagepred.scene.reading import unit_of
 
-        return unit_of(cls, place.split("."))
+        return unit_of(cls._with_key(place), place.split("."))
 
     def with_values(self, values: Mapping[str, float]) -> Scene:
         """Copy with other numbers.
@@ -685,10 +704,14 @@ class Scene:
 
 def archived_scene(attributes: Mapping[str, Any], source: str = "the dataset's scene") -> Scene:
     """Scene in the attributes of a result, without checks of plausibility."""
+    return unchecked_scene(parse_toml(str(attributes["scene"]), source), source)
+
+
+def unchecked_scene(tables: Mapping[str, Any], source: str) -> Scene:
+    """Scene or house of its complete tables in SI, without checks of plausibility."""
     from damagepred.scene.house import House
     from damagepred.scene.reading import build
 
-    tables = parse_toml(str(attributes["scene"]), source)
     return build(House if isinstance(tables.get("wall"), list) else Scene, tables, source)
 
 
@@ -696,6 +719,13 @@ def step_names(items: Sequence[Any]) -> list[str]:
     """Names of the items of a list in keys: their own, or their number from 1."""
     names = [item.get("name") if isinstance(item, Mapping) else getattr(item, "name", None) for item in items]
     return [str(name or number) for number, name in enumerate(names, start=1)]
+
+
+def entry_number(items: Sequence[Any], step: str) -> int:
+    """Number from 0 of the entry of a list with a name, or a number from 1; -1 if there is none."""
+    names = step_names(items)
+    number = int(step) if step.isdecimal() else names.index(step) + 1 if step in names else 0
+    return number - 1 if number <= len(names) else -1
 
 
 def _written(tables: Any, key: str) -> list[tuple[str, Any]]:

@@ -68,7 +68,7 @@ class JointPlaces(NamedTuple):
     """Where the joints of a wall are; j of them."""
 
     sequence: IntArray  # (j,): joints with the same number, next to each other in the array, are neighbours in a course
-    kind: Int8Array  # (j,): bed, perpend or dpc
+    kind: Int8Array | IntArray  # (j,): bed, perpend or dpc; of a house 100 more from wall to wall
     # (j,): middle of the joint (m)
     x: FloatArray
     y: FloatArray

@@ -45,10 +45,13 @@ class Reading:
 
     Attributes
     ----------
+    wall : str, optional
+        Wall of a house, from whose start places count. A crack, slope or tilt without it is the largest of the house.
     date, since : date, optional
         Day of the visit; day from which the measured value is a change.
     """
 
+    wall: str | None = None
     date: Day | None = None
     since: Day | None = None
 
@@ -120,6 +123,8 @@ class CrackObservation(Reading):
         """Whether any crack of another observation is one of this observation, too."""
         if (self.part, self.date) != (other.part, other.date) or self.direction not in (None, other.direction):
             return False
+        if self.wall not in (None, other.wall):
+            return False
         if self.place is None or other.place is None:
             return self.place is None
         return math.dist(self.place, other.place) + other.within <= self.within + ROUNDING
@@ -138,7 +143,7 @@ class MonitorSeries:
     ----------
     name : str
         Name of the monitor.
-    x, y, within, direction, part : as of a crack
+    wall, x, y, within, direction, part : as of a crack
         Place (m), direction and part of the crack.
     error : float
         Standard error of a reading (m).
@@ -151,6 +156,7 @@ class MonitorSeries:
     """
 
     name: str = ""
+    wall: str | None = None
     x: Length | None = None
     y: Length | None = None
     within: Length = Field(default=0.5, gt=0)
@@ -172,7 +178,7 @@ class MonitorSeries:
             raise InputError(f"{where}: {later[0][1]} follows {later[0][0]}; dates must increase.")
         if self.change and (self.change[0] != 0 or len(read) < 2):
             raise InputError(f"{where}: change must begin with 0, on the day the monitor was set, and go on after it.")
-        common = {key: getattr(self, key) for key in ("x", "y", "within", "direction", "part", "error")}
+        common = {key: getattr(self, key) for key in ("wall", "x", "y", "within", "direction", "part", "error")}
         if self.change:
             common["since"] = self.date[0]
             rows = zip(self.date[1:], self.change[1:])
@@ -192,6 +198,8 @@ class LevelObservation(Reading):
 
     Attributes
     ----------
+    to_wall : str, optional
+        Wall of the second point, if another than of the first.
     x, y, to_x, to_y : float
         The points (m).
     difference : float
@@ -200,12 +208,18 @@ class LevelObservation(Reading):
         Standard error of the survey (m).
     """
 
+    to_wall: str | None = None
     x: Length
     y: Length
     to_x: Length
     to_y: Length
     difference: Length = Field(ge=-HIGHEST, le=HIGHEST)
     error: Length = Field(default=1e-3, ge=0, le=HIGHEST)
+
+    @property
+    def ends(self) -> tuple[tuple[str | None, float, float], ...]:
+        """Wall and place of both points."""
+        return (self.wall, self.x, self.y), (self.to_wall or self.wall, self.to_x, self.to_y)
 
 
 @described
@@ -260,7 +274,7 @@ _KINDS = {
     "window": WindowObservation,
 }
 _MEASURED = "width", "change", "difference", "value", "width_change"
-_QUANTITY = "x", "y", "to_x", "to_y", "within", "part", "opening"
+_QUANTITY = "wall", "to_wall", "x", "y", "to_x", "to_y", "within", "part", "opening"
 """Keys of measured values, and of the quantity that is measured."""
 
 TABLES = "crack", "level", "slope", "tilt", "window"
@@ -407,13 +421,18 @@ class Observations:
         slopes, tilts, windows, levels = (
             [r for r in getattr(self, table) if r.date == day] for table in ("slope", "tilt", "window", "level")
         )
-        alike = [("slope", "", [(s.value, s.error) for s in slopes]), ("tilt", "", [(t.value, t.error) for t in tilts])]
-        for number in sorted({window.opening for window in windows}):
-            same = [window for window in windows if window.opening == number]
+        alike = [
+            (kind, f" wall '{wall}':" if wall else "", [(r.value, r.error) for r in readings if r.wall == wall])
+            for kind, readings in (("slope", slopes), ("tilt", tilts))
+            for wall in dict.fromkeys(reading.wall for reading in readings)
+        ]
+        for wall, number in dict.fromkeys((window.wall, window.opening) for window in windows):
+            same = [window for window in windows if (window.wall, window.opening) == (wall, number)]
+            which = f"opening {number}" + (f" of wall '{wall}'" if wall else "")
             if {window.sticks for window in same} >= {True, False}:
-                raise InputError(f"window: opening {number} sticks and does not; remove one of the two.")
+                raise InputError(f"window: {which} sticks and does not; remove one of the two.")
             changes = [(w.width_change, w.error) for w in same if w.width_change is not None]
-            alike.append(("window", f" opening {number}:", changes))
+            alike.append(("window", f" {which}:", changes))
         for kind, which, values in alike:
             for (first, error), (second, other) in itertools.combinations(values, 2):
                 if abs(first - second) > CONTRADICTION * max(np.hypot(error, other), np.finfo(np.float64).tiny):
@@ -426,7 +445,7 @@ class Observations:
 
     def _levels_close(self, levels: Sequence[LevelObservation]) -> None:
         """Refuse differences of levels whose loops do not close (least squares adjustment of the survey)."""
-        ends = [((level.x, level.y), (level.to_x, level.to_y)) for level in levels]
+        ends = [level.ends for level in levels]
         if same := [k for k, (start, end) in enumerate(ends, 1) if start == end]:
             raise InputError(
                 f"level {self.level.index(levels[same[0] - 1]) + 1}: both points are one; give two points."

@@ -181,7 +181,10 @@ def _vague(reading: Any, model: Discrepancy) -> tuple[float, float]:
         case WindowObservation(width_change=None):
             return math.log(0.5), VAGUE_CHANGE
     level = isinstance(reading, LevelObservation)
-    scatter = VAGUE_SLOPE * math.hypot(reading.to_x - reading.x, reading.to_y - reading.y) if level else VAGUE_CHANGE
+    scatter = VAGUE_CHANGE
+    if level:  # around a corner, at most to it and on
+        along = reading.x + reading.to_x if reading.to_wall else reading.to_x - reading.x
+        scatter = VAGUE_SLOPE * math.hypot(along, reading.to_y - reading.y)
     spread = math.hypot(scatter, math.hypot(reading.error, model.level if level else 0.0))
     return float(measured(np.zeros(1), reading.observed, spread).log_likelihood[0]), scatter
 

@@ -104,15 +104,6 @@ def test_a_breast_may_stand_nearer_to_a_wall_than_a_passage():
     assert len(house([*ELL, *breast], **tree).junctions) == 5
 
 
-def test_a_study_refuses_a_house(tmp_path):
-    from damagepred.campaign.settings import StudySettings
-
-    (tmp_path / "house.toml").write_text(house(ELL).to_toml())
-    (tmp_path / "study.toml").write_text('scene = "house.toml"\n[study]\nsamples = 2\n')
-    with pytest.raises(InputError, match="takes one wall yet, and the file has 2"):
-        StudySettings.from_toml(tmp_path / "study.toml")
-
-
 def test_a_house_is_written_and_read_and_its_numbers_have_keys():
     opening = {"x": 1, "y": 0.9, "width": 1, "height": 1.2}
     made = house([{**ELL[0], "loads": {"roof": "3 kN/m"}, "opening": [opening]}, ELL[1]])
@@ -219,3 +210,58 @@ def test_the_ground_that_does_not_move_is_at_0() -> None:
     moved = House.from_dict({"wall": walls, "mound": mound, "movement": {"kind": "settle"}}).moves_in_plan
     assert moved.startswith("The ground (tree) ends lowest under 'front', at -")
     assert ", at 0 mm (up is positive)" in moved
+
+
+def test_sources_of_ground_movement_are_added():
+    tree = {"name": "oak", "shape": "tree", "point": [0, 0], "reach": 10, "surface_movement": "20 mm"}
+    leak = {"shape": "pipe", "point": [4, 4], "reach": 8, "kind": "heave", "surface_movement": "10 mm"}
+    clay = {"shape": "walsh", "edge_distance": 1.0, "surface_movement": "40 mm"}
+    at = np.array([[0.0, 0.0], [3.0, 4.0], [2.0, 2.0]])
+    made = house(SQUARE, mound=clay, source=[tree, leak], movement={"kind": "doming"})
+    alone = [
+        house(SQUARE, mound=clay, movement={"kind": "doming"}),
+        house(SQUARE, mound={k: v for k, v in tree.items() if k != "name"}, movement={"kind": "settle"}),
+        house(SQUARE, mound={k: v for k, v in leak.items() if k != "kind"}, movement={"kind": "heave"}),
+    ]
+    for factor in (1.0, 0.5, -1.0):
+        parts = [each.surface(at, factor) for each in alone]
+        assert made.surface(at, factor) == pytest.approx(sum(parts), abs=1e-15)
+    assert made.with_values({"source.oak.surface_movement": 0.0}).surface(at) == pytest.approx(
+        alone[0].surface(at) + alone[2].surface(at), abs=1e-15
+    )
+    front = made.scenes[0].mound
+    x = np.array([0.0, 1.0, 4.0])
+    moved = front.profile(x, 4.0, "doming")
+    assert moved == pytest.approx(made.surface(made.wall[0].points(x)), abs=1e-4)
+    assert made.unit_of("source.oak.reach") == "m"
+    assert Scene.from_dict(tomllib.loads(made.to_toml())) == made
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        ({"shape": "tree", "point": [0, 0], "kind": "doming"}, "source 1: kind = 'doming': shape = 'tree' goes with"),
+        ({"shape": "corner", "point": [3, 0]}, "source 1: point: lies 1 m off the nearest corner"),
+        ({"shape": "tree", "point": [0, 0], "name": "reach"}, "must be one word"),
+        ({"shape": "tree"}, "point: is missing"),
+    ],
+)
+def test_wrong_sources_are_refused(source, words):
+    with pytest.raises(InputError, match=words):
+        house(SQUARE, movement={"kind": "doming"}, source=[source])
+
+
+def test_the_sum_of_both_directions_is_the_only_surface_with_the_mound_of_each_direction_in_every_wall():
+    """A surface whose sections along x, and along y, all have one form relative to their ends is f(x) + g(y)."""
+    plan = [wall("a", [0, 0], [6, 0]), wall("b", [6, 0], [6, 4]), wall("c", [6, 4], [0, 4]), wall("d", [0, 4], [0, 0])]
+    inner = [wall("e", [2, 0], [2, 4]), wall("f", [0, 1], [6, 1])]
+    ends = [{"length": 6.0}, {"length": 4.0}]
+    standard = [Scene.from_dict({"wall": {**size}, "movement": {"shape": "mound", "kind": "doming"}}) for size in ends]
+    made = house(plan, movement={"kind": "doming"})
+    for scene, walls in zip(standard, (("a", "c", "f"), ("b", "d", "e"))):
+        x = np.linspace(0.0, scene.wall.length, 7)
+        for each in (Scene.from_dict({"wall": [w], **TREE}).wall[0] for w in plan + inner if w["name"] in walls):
+            moved = made.surface(each.points(x))
+            assert moved - moved[0] == pytest.approx(scene.ground_rise(x) - scene.ground_rise(x)[0], abs=1e-12)
+    nearest = house(plan, mound={"in_plan": "nearest_edge"}, movement={"kind": "doming"})
+    assert np.ptp(nearest.surface(nearest.wall[0].points(np.linspace(0, 6, 7)))) == pytest.approx(0.0, abs=1e-15)

@@ -36,7 +36,7 @@ def single(length, mound=None, **tables):
     position = {"shape": "tree", "position": -0.5, "reach": 4, "surface_movement": "6 mm"}
     movement = {"shape": "mound", **SETTLES}
     return Scene.from_dict(
-        {"wall": {"length": length, **SMALL}, "mound": mound or position, "movement": movement, **tables}
+        {"wall": {"length": length, **SMALL}, "mound": mound or position, "movement": movement} | tables
     )
 
 
@@ -349,3 +349,44 @@ def test_the_explicit_solver_agrees_on_a_plan_with_a_tee():
     explicit = replace(made, solver=replace(made.solver, method="explicit"))
     slow = path(house_model(explicit), explicit)[-1].displacement
     assert slow == pytest.approx(end, abs=2e-2 * np.abs(end).max())
+
+
+APART = {"corner": {"control_joint": True, "join_footings": False}}
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        {"movement": {"kind": "settle", "seasons": {"years": 2, "swing": "6 mm", "increments": 2}}},
+        {"footing": {"width": 0.25, "depth": 0.2, "concrete": {"bottom": "3-L8TM", "top": "3-L8TM", "cover": 0.04}}},
+        {"solver": {"blocks": "rigid"}, "joint": {"tensile_strength": "0.05 MPa", "cohesion": "0.05 MPa"}},
+    ],
+    ids=["seasons", "reinforced", "weak"],
+)
+def test_walls_that_nothing_joins_are_walls_alone_in_seasons_and_on_reinforced_footings(tables):
+    mound = {"shape": "tree", "reach": 4, "surface_movement": "20 mm"}
+    movement = {**SETTLES, "increments": 3} | tables.get("movement", {})
+    movement = {k: v for k, v in movement.items() if not ("seasons" in movement and k == "increments")}
+    mound = {k: v for k, v in mound.items() if not ("seasons" in movement and k == "surface_movement")}
+    others = {k: v for k, v in tables.items() if k != "movement"}
+    walls = [wall("a", [0, 0], [2.4, 0]), wall("b", [2.4, 0], [2.4, 1.2])]
+    made = damagepred.solve(house(walls, {**mound, "point": [-0.5, 0]}, movement, **others, **APART))
+    alone = damagepred.solve(
+        single(2.4, {**mound, "position": -0.5}, **others, movement={"shape": "mound", **movement})
+    )
+    one = wall_dataset(made, "a")
+    assert np.abs(alone["block_displacement_y"].values).max() > 1e-3
+    for name in ("crack_width_max", "footing_opening_max", "central_deflection", "block_displacement_y"):
+        assert one[name].values == pytest.approx(alone[name].values, abs=2e-7), name
+    if "crack_width_worst" in alone:
+        assert one["crack_width_worst"].values == pytest.approx(alone["crack_width_worst"].values, abs=2e-7)
+        assert made["surface_movement"].values == pytest.approx(alone["surface_movement"].values)
+    assert one["section_moment"].values == pytest.approx(alone["section_moment"].values, abs=2.0)
+
+
+def test_two_halves_of_one_source_are_the_source():
+    walls = [wall("a", [0, 0], [1.44, 0]), wall("b", [1.44, 0], [1.44, 1.2])]
+    half = {**TREE, "surface_movement": "3 mm"}
+    whole = path(house_model(made := house(walls)), made)[-1].displacement
+    both = house(walls, half, source=[{**half, "kind": "settle"}])
+    assert path(house_model(both), both)[-1].displacement == pytest.approx(whole, abs=1e-12)

@@ -1,0 +1,154 @@
+"""Analyses of houses: back-analysis by wall, design choices and streets with named walls, limit state."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from damagepred import Study, open_study
+from damagepred.analyses.back_analysis import infer
+from damagepred.analyses.design_search import _read
+from damagepred.analyses.limit_state import Question, margin, study_for_limit_state
+from damagepred.analyses.portfolio import read_houses
+from damagepred.analyses.stored_walls import StoredWalls
+from damagepred.campaign.sample import sample_of
+from damagepred.campaign.settings import StudySettings, merged
+from damagepred.errors import InputError
+from damagepred.results.house import wall_dataset
+from damagepred.uq.observations import (
+    CrackObservation,
+    LevelObservation,
+    Observations,
+    SlopeObservation,
+    WindowObservation,
+)
+from tests.campaign.test_house import HOUSE
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    file = tmp_path_factory.mktemp("houses") / "house.toml"
+    file.write_text(HOUSE)
+    Study.from_toml(file).run(out := file.with_suffix(".dp"), samples=2)
+    return out
+
+
+def predicted(folder: Path, table: str, seen) -> np.ndarray:
+    walls = StoredWalls(folder)
+    walls.require(Observations(**{table: (seen,)}))
+    return walls._predicted(table, [seen], np.arange(2))[0]
+
+
+def test_a_crack_of_a_wall_is_the_crack_of_that_wall(folder):
+    stored = open_study(folder)["wall_crack_width_max"].values
+    for number, name in enumerate(("front", "side")):
+        assert np.array_equal(
+            predicted(folder, "crack", CrackObservation(wall=name, width="1 mm")), stored[..., number]
+        )
+    whole = predicted(folder, "crack", CrackObservation(width="1 mm"))
+    assert np.array_equal(whole, open_study(folder)["crack_width_max"].values)
+    tilt = predicted(folder, "tilt", SlopeObservation(wall="side", value=0.01))
+    assert np.array_equal(tilt, open_study(folder)["wall_tilt_max"].values[..., 1], equal_nan=True)
+    window = predicted(folder, "window", WindowObservation(wall="front", opening=1, width_change="1 mm"))
+    assert np.array_equal(window, open_study(folder)["opening_width_change"].values[..., 0])
+
+
+def test_local_cracks_and_levels_are_read_on_their_wall(folder):
+    everywhere = {
+        name: CrackObservation(wall=name, x=1.0, y=0.3, within=1.0, width="1 mm") for name in ("front", "side")
+    }
+    local = {name: predicted(folder, "crack", crack) for name, crack in everywhere.items()}
+    widest = open_study(folder)["wall_crack_width_max"].values
+    assert local["front"][:, -1].min() > 1e-3
+    assert (local["front"] <= widest[..., 0] * 1.001).all()
+    assert (local["side"] <= widest[..., 1] * 1.001).all()
+    walls = StoredWalls(folder)
+    replayed = walls.replayed(0)
+    level = LevelObservation(wall="front", x=0.1, y=0.45, to_wall="side", to_x=1.8, to_y=0.45, difference="20 mm")
+    rise = predicted(folder, "level", level)[0]
+    front = replayed.block_x < 2.88 + 0.5
+    first = np.hypot(replayed.block_x - 0.1, replayed.block_y - 0.45).argmin()
+    second = np.hypot(replayed.block_x - (2.88 + 1.0 + 1.8), replayed.block_y - 0.45).argmin()
+    assert front[first]
+    assert not front[second]
+    assert rise == pytest.approx(replayed.rise[:, second] - replayed.rise[:, first])
+    assert rise[-1] > 0.005  # the tree is at the front's start
+
+
+def test_the_posterior_of_a_house(folder):
+    seen = Observations(crack=(CrackObservation(wall="front", width="4 mm"), CrackObservation(wall="side", none=True)))
+    found = infer(folder, seen)
+    assert float(found["posterior"].sum()) == pytest.approx(1.0)
+    assert "crack_probability" not in found
+
+
+@pytest.mark.parametrize(
+    ("crack", "words"),
+    [
+        (
+            {"width": "1 mm", "x": 1, "y": 0.2},
+            "crack 1: wall: is missing; the house of house.dp has the walls front, side",
+        ),
+        ({"width": "1 mm", "wall": "fornt"}, "wall = 'fornt'.*Did you mean 'front'"),
+        (
+            {"width": "1 mm", "wall": "side", "x": 2.5, "y": 0.2},
+            "x = 2.5 m lies off the wall 'side' of house.dp, 1.92 m",
+        ),
+        ({"width": "1 mm", "wall": "front", "x": 1.2, "y": 0.3}, "lies in opening 1 of the wall 'front'"),
+        ({"width": "1 mm", "wall": "front", "x": 1.0, "y": 0.2, "within": 2}, "at most 1 m on a wall of a house"),
+    ],
+)
+def test_wrong_observations_of_a_house_are_refused(folder, crack, words):
+    with pytest.raises(InputError, match=words):
+        infer(folder, Observations(crack=(CrackObservation(**crack),)))
+
+
+def test_one_wall_has_no_name(small_study_file):
+    scene = StudySettings.from_toml(small_study_file).scene
+    with pytest.raises(InputError, match=r"wall = 'front': small.dp has one wall, no name"):
+        Observations(crack=(CrackObservation(wall="front", width="1 mm"),)).require_on(scene, "small.dp")
+
+
+def test_contradictions_are_of_one_wall():
+    slope = {"value": 0.001, "error": 1e-5}
+    Observations(tilt=(SlopeObservation(wall="a", **slope), SlopeObservation(wall="b", **{**slope, "value": 0.01})))
+    Observations(crack=(CrackObservation(wall="a", width="5 mm"), CrackObservation(wall="b", none=True)))
+    with pytest.raises(InputError, match="contradict"):
+        Observations(crack=(CrackObservation(wall="a", width="5 mm"), CrackObservation(none=True)))
+
+
+def test_choices_and_rows_change_walls_by_name(tmp_path):
+    (tmp_path / "house.toml").write_text(HOUSE.replace('[variables."wall.thickness"]', '[variables."footing.depth"]'))
+    options = '[[choice.option]]\nname = "thin"\n[[choice.option]]\nname = "thick"\ncost = 2\n'
+    (tmp_path / "choices.toml").write_text(
+        'study = "house.toml"\n[target]\nat = "20 mm"\ncategory = 2\nprobability = 0.1\n'
+        f'[[choice]]\nname = "front"\n{options}scene.wall.front.thickness = "230 mm"\n'
+    )
+    _, _, names, settings = _read(tmp_path / "choices.toml")
+    assert names == ["thin", "thick"]
+    assert [[wall.thickness for wall in s.scene.wall] for s in settings] == [[0.11, 0.11], [0.23, 0.11]]
+    _, fields = sample_of(settings[1], settings[1].design(), 0, 2)  # the fields of the first choice
+    assert len(fields["joint.tensile_strength"]) == 92
+    (tmp_path / "houses.csv").write_text("name;thickness (mm);wall.side.height (m)\nA;200;\nB;;0.75\n")
+    _, houses = read_houses(tmp_path / "houses.csv", tmp_path / "house.toml", "site", None)
+    walls = [house.settings.scene.wall for house in houses]
+    assert [[(w.thickness, w.height) for w in house] for house in walls] == [
+        [(0.2, 0.6), (0.2, 0.6)],
+        [(0.11, 0.6), (0.11, 0.75)],
+    ]
+    with pytest.raises(InputError, match=r"wall.bck: there is no such .*front, side"):
+        merged({"wall": [{"name": "front"}, {"name": "side"}]}, {"wall": {"bck": {"thickness": 1}}})
+
+
+def test_margin_of_a_house_is_of_its_worst_wall(folder):
+    settings = StudySettings.from_toml(folder.with_suffix(".toml"))
+    question = Question(1, 0.025, reach=1.0)
+    limited = study_for_limit_state(settings, question)
+    scene, fields = sample_of(limited, limited.design(), 0, 2)
+    found = margin(scene, fields, question)
+    assert found.least == found.most < 0
+    moved = (1 + found.least) * 0.025
+    ds = open_study(folder).isel(sample=0)
+    first = int((ds["damage_category"] >= 1).argmax())
+    assert ds["surface_movement"][first - 1] < moved <= ds["surface_movement"][first]
+    assert wall_dataset(ds.expand_dims("sample"), "front").sizes["sample"] == 1
