@@ -29,10 +29,8 @@ from damagepred.solvers import Increment, solve_path
 
 PLACES = ("block", "contact", "vertex", "opening", "section")
 """Dimensions along which the walls of a house follow each other."""
-NOT_OF_HOUSE = ("central_deflection", "deflection_ratio")
-"""Results of each wall whose largest value says nothing about the house."""
-SUMS = ("base_reaction", "crack_length_total")
-"""Results of the house that are sums of its walls."""
+NOT_OF_HOUSE = ("central_deflection", "deflection_ratio", "base_reaction")
+"""Results of each wall whose largest value says nothing about the house; the reaction is a sum."""
 
 
 @each_with_one_blas_thread
@@ -151,7 +149,7 @@ def _of_all_walls(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         else:
             values[name] = arrays[0]
     values |= {f"{place}_wall": np.repeat(np.arange(len(parts)), size) for place, size in sizes.items()}
-    values |= {name: values[f"wall_{name}"].sum(axis=-1) for name in SUMS if f"wall_{name}" in values}
+    values["base_reaction"] = values["wall_base_reaction"].sum(axis=-1)
     values["damaged_walls"] = (values["wall_damage_category"] >= 1).sum(axis=-1)
     return values
 
