@@ -10,7 +10,7 @@ from damagepred.analyses.back_analysis import infer
 from damagepred.analyses.design_search import _read
 from damagepred.analyses.limit_state import Question, margin, study_for_limit_state
 from damagepred.analyses.portfolio import read_houses
-from damagepred.analyses.stored_walls import StoredWalls
+from damagepred.analyses.stored_walls import StoredWalls, require_on
 from damagepred.campaign.sample import sample_of
 from damagepred.campaign.settings import StudySettings, merged
 from damagepred.errors import InputError
@@ -106,7 +106,7 @@ def test_wrong_observations_of_a_house_are_refused(folder, crack, words):
 def test_one_wall_has_no_name(small_study_file):
     scene = StudySettings.from_toml(small_study_file).scene
     with pytest.raises(InputError, match=r"wall = 'front': small.dp has one wall, no name"):
-        Observations(crack=(CrackObservation(wall="front", width="1 mm"),)).require_on(scene, "small.dp")
+        require_on(Observations(crack=(CrackObservation(wall="front", width="1 mm"),)), scene, "small.dp")
 
 
 def test_contradictions_are_of_one_wall():
