@@ -39,11 +39,6 @@ class Study(Campaign):
             Results to return; by default category, crack width and opening of the dpc.
         movement : {"path", "sampled", "both"}, optional
             Increments to return, as in ``[study]``; by default as in the study.
-
-        Raises
-        ------
-        InputError
-            If there is no such output.
         """
         return StudyFunction(self.settings, USUAL if outputs is None else outputs, movement, self.limits)
 
@@ -64,9 +59,5 @@ class Study(Campaign):
         options
             samples (a level), level_share, workers, executor, timeout, confidence, on_level; see
             ``damagepred.analyses.rare_event.rare_event``.
-
-        Returns
-        -------
-        RareEvent
         """
         return rare_event(self.settings, Question(category, at, reach), out, **options)

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from scipy import special
 
 from damagepred.archive.parts import Column
-from damagepred.archive.schema import FLAG_FILL, VARIABLES
-from damagepred.arrays import FloatArray, IntArray
-from damagepred.assembly import NO_LIMITS, Limits
+from damagepred.archive.schema import VARIABLES
+from damagepred.arrays import FloatArray
+from damagepred.assembly import Limits
 from damagepred.campaign.cost_estimate import require_affordable
 from damagepred.campaign.sample import Solved, solve_sample
 from damagepred.campaign.settings import StudySettings
@@ -23,11 +23,6 @@ from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.uq.marginals import from_normal
-from damagepred.uq.samplers import unit_points
-from damagepred.uq.sensitivity import saltelli_rows, sobol_indices
-
-JOINTS = "joints"
-"""Input of Sobol's indices for all values that vary from joint to joint."""
 
 Kept = Literal["path", "sampled", "both"]
 
@@ -54,11 +49,6 @@ class StudyFunction:
         Keys of the variables with one value per wall, in the order of the vector.
     units : tuple of str
         SI units of the inputs.
-
-    Raises
-    ------
-    InputError
-        If there is no such output.
 
     Examples
     --------
@@ -151,67 +141,6 @@ class StudyFunction:
         normal = special.ndtri(np.asarray(points, dtype=np.float64)) @ self._design.wall_factor.T
         columns = [from_normal(self._design.marginals[p], normal[:, k]) for k, p in enumerate(self.inputs)]
         return np.column_stack(columns) if columns else np.empty((len(normal), 0))
-
-    @one_blas_thread()
-    def sobol(
-        self, output: str, size: int, *, seed: int = 0, confidence: float = 0.9, resamples: int = 500
-    ) -> xr.Dataset:
-        """Sobol's indices of an output at the end of the movement.
-
-        All values that vary from joint to joint count as one input, ``joints``.
-
-        Parameters
-        ----------
-        output : str
-            One of the outputs.
-        size : int
-            Base points; size times (inputs + 2) walls are solved.
-        seed : int
-            Seed of the points and the bootstrap.
-        confidence, resamples : float, int
-            Confidence of the intervals, and number of bootstrap resamples.
-
-        Raises
-        ------
-        InputError
-            If the variables are correlated, or a wall has no value of this output.
-        """
-        rows, numbers, names = self.sobol_rows(size, seed)
-        values = StudyFunction(self.settings, (output,), "sampled", NO_LIMITS)(rows, numbers)[output]
-        if values.dims != ("sample",):
-            raise InputError(f"output = '{output}': has several values per wall; Sobol's indices need one number.")
-        number = values.values.astype(np.float64)
-        if values.values.dtype == np.int8:
-            number[values.values == FLAG_FILL] = np.nan
-        return sobol_indices(number, names, confidence=confidence, resamples=resamples, seed=seed)
-
-    def sobol_rows(self, size: int, seed: int) -> tuple[FloatArray, IntArray, list[str]]:
-        """Vectors and sample numbers for Sobol's indices, and the names of the inputs.
-
-        Parameters
-        ----------
-        size, seed : int
-            See ``sobol``.
-
-        Raises
-        ------
-        InputError
-            If the variables are correlated.
-        """
-        if not np.array_equal(self._design.wall_factor, np.eye(len(self.inputs))):
-            raise InputError(
-                "[correlation]: Sobol's indices are for independent inputs; leave out the correlation of variables "
-                "with one value per wall."
-            )
-        k = len(self.inputs)
-        unit = unit_points("sobol", 2 * k, size, seed)
-        base = self.from_unit(unit[:, :k]), self.from_unit(unit[:, k:])
-        if not self._design.joint:
-            rows = saltelli_rows(*base)
-            return rows, np.zeros(len(rows), dtype=np.int64), list(self.inputs)
-        numbered = [np.column_stack((b, np.arange(size) + i * size)) for i, b in enumerate(base)]
-        rows = saltelli_rows(*numbered)
-        return rows[:, :k], rows[:, k].astype(np.int64), [*self.inputs, JOINTS]
 
 
 def as_function(settings: StudySettings, outputs: Sequence[str] = USUAL, movement: Kept | None = None) -> StudyFunction:

@@ -14,7 +14,7 @@ from damagepred.errors import InputError, nearest
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.capacity import category_number, require_categories
 from damagepred.uq.fragility import movement_measure, read_capacities
-from damagepred.uq.sensitivity import first_order, rank_correlation
+from damagepred.uq.sensitivity import sensitivity_indices
 
 
 class Output(NamedTuple):
@@ -129,11 +129,7 @@ def study_sensitivity(
         raise InputError("the study has no input with one value per wall.")
     weight = np.asarray(ds["weight"].values, dtype=np.float64)[walls.sample[alone]] if "weight" in ds else None
     values = walls.value[..., alone]
-    correlations = rank_correlation(
-        inputs, values, weight=weight, confidence=confidence, resamples=resamples, seed=seed
-    )
-    indices = first_order(inputs, values, weight=weight, confidence=confidence, resamples=resamples, seed=seed)
-    result = correlations.merge(indices, combine_attrs="override")
+    result = sensitivity_indices(inputs, values, weight=weight, confidence=confidence, resamples=resamples, seed=seed)
     return result.assign_attrs(
         title=f"sensitivity of {ds.attrs.get('title', 'a study')}",
         output=walls.name,

@@ -481,11 +481,6 @@ def open_study(path: str | Path) -> xr.Dataset:
         ``status`` is complete, collapsed, failed or missing; unknown values are NaN or -1. Where all samples have the
         same movement, it is the coordinate ``movement`` (increment).
 
-    Raises
-    ------
-    InputError
-        If it is no study folder.
-
     Examples
     --------
     >>> import damagepred

@@ -114,11 +114,6 @@ class WallCost:
             Accepted cost.
         fields : int
             Number of fields by distance, each with a dense correlation matrix of all joints.
-
-        Raises
-        ------
-        InputError
-            If the cost exceeds them.
         """
         matrix = 8.0 * self.joints**2 * (3 * fields)
         if self.memory + matrix <= limits.memory and self.time <= limits.estimated_time:

@@ -120,11 +120,6 @@ class Campaign:
     limits : Limits
         Estimated cost of one wall above which the study is refused, and time limit of a wall; ``NO_LIMITS`` lifts them.
 
-    Raises
-    ------
-    InputError
-        If a wall costs more than the limits.
-
     Examples
     --------
     >>> study = Campaign.from_toml("house.toml")                 # doctest: +SKIP
@@ -222,10 +217,6 @@ class Campaign:
             list the versions.
         on_progress : callable, optional
             Called with a ``Progress`` at the start and after each archived sample.
-
-        Returns
-        -------
-        RunSummary
 
         Raises
         ------
@@ -427,11 +418,6 @@ class Campaign:
     @one_blas_thread()
     def design_dataset(self, samples: int) -> xr.Dataset:
         """Every input of the first samples.
-
-        Parameters
-        ----------
-        samples : int
-            Number of samples.
 
         Returns
         -------

@@ -10,7 +10,6 @@ import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -23,22 +22,20 @@ from damagepred.campaign.workers import WorkerDied
 from damagepred.enumerations import FailureKind
 from damagepred.errors import InputError, StudyError, require_number
 
-
-@dataclass(frozen=True)
-class DispatchOptions:
-    """Options of the division into batches and of their repetition."""
-
-    attempts: int = 2  # runs of a lost sample alone before it counts as failed
-    most_parts: int = 10_000  # approximate limit of the files in a study folder
-    # work in a batch (s): long enough to limit the number of files, short enough that a kill loses little
-    shortest_batch: float = 4.0
-    longest_batch: float = 30.0
-    # largest batch over a worker's share of the remaining samples; a single worker has no limit
-    share_of_rest: float = 0.5
-    timeout_share: float = 0.25  # largest work in a batch over the time limit of a sample
-    assumed_workers: int = 8  # workers of an executor of unknown size
-    recount_interval: float = 10.0  # interval (s) at which the workers of an executor are counted
-    interrupt_check: float = 0.25  # interval (s) of checks for interrupts while samples run
+ATTEMPTS = 2
+"""Runs of a lost sample alone before it counts as failed."""
+MOST_PARTS = 10_000
+"""Approximate limit of the files in a study folder."""
+SHORTEST_BATCH, LONGEST_BATCH = 4.0, 30.0
+"""Work in a batch (s): long enough to limit the number of files, short enough that a kill loses little."""
+SHARE_OF_REST = 0.5
+"""Largest batch over a worker's share of the remaining samples; a single worker has no limit."""
+TIMEOUT_SHARE = 0.25
+"""Largest work in a batch over the time limit of a sample."""
+ASSUMED_WORKERS, RECOUNT_INTERVAL = 8, 10.0
+"""Workers of an executor of unknown size; interval (s) at which the workers of an executor are counted."""
+INTERRUPT_CHECK = 0.25
+"""Interval (s) of checks for interrupts while samples run."""
 
 
 class LostSample(NamedTuple):
@@ -72,27 +69,22 @@ class Engine(Protocol):
 class GivenExecutor:
     """Any ``concurrent.futures`` executor, or a Dask client, that the caller closes."""
 
-    def __init__(
-        self,
-        folder: str,
-        executor: Executor | Any,
-        options: DispatchOptions = DispatchOptions(),
-    ) -> None:
+    def __init__(self, folder: str, executor: Executor | Any) -> None:
         self._client = getattr(executor, "_client", executor)  # the executor of Dask has a client
         if hasattr(executor, "get_executor"):
             executor = executor.get_executor(pure=False)
-        self.folder, self.executor, self.options = folder, executor, options
-        self._width, self._counted = options.assumed_workers, -np.inf
+        self.folder, self.executor = folder, executor
+        self._width, self._counted = ASSUMED_WORKERS, -np.inf
 
     @property
     def width(self) -> int:
         """Number of workers; a cluster may grow."""
-        if time.monotonic() - self._counted > self.options.recount_interval:
+        if time.monotonic() - self._counted > RECOUNT_INTERVAL:
             self._counted = time.monotonic()
             count = getattr(self.executor, "_max_workers", None) or getattr(self.executor, "num_workers", None)
             if hasattr(self._client, "nthreads"):
                 count = sum(self._client.nthreads().values())
-            self._width = count if isinstance(count, int) and count > 0 else self.options.assumed_workers
+            self._width = count if isinstance(count, int) and count > 0 else ASSUMED_WORKERS
         return self._width
 
     def submit(self, batch: Batch) -> Future[list[Outcome]]:
@@ -114,15 +106,11 @@ class Batches:
     """Samples (in ascending order, with their values) in batches whose size follows the measured time of samples."""
 
     def __init__(
-        self,
-        tasks: Iterable[tuple[int, Mapping[str, float]]],
-        count: int,
-        timeout: float | None = None,
-        options: DispatchOptions = DispatchOptions(),
+        self, tasks: Iterable[tuple[int, Mapping[str, float]]], count: int, timeout: float | None = None
     ) -> None:
         self._tasks = iter(tasks)
         self._next: tuple[int, Mapping[str, float]] | None = next(self._tasks, None)
-        self._count, self._timeout, self._options = count, timeout, options
+        self._count, self._timeout = count, timeout
         self._seconds, self._known, self._taken = 0.0, 0, 0
 
     def note(self, seconds: float) -> None:
@@ -134,12 +122,11 @@ class Batches:
         if not self._known:
             return 1
         each = max(self._seconds / self._known, 1e-6)
-        options = self._options
-        work = min(max(each * self._count / options.most_parts, options.shortest_batch), options.longest_batch)
+        work = min(max(each * self._count / MOST_PARTS, SHORTEST_BATCH), LONGEST_BATCH)
         if self._timeout is not None:
-            work = min(work, self._timeout * options.timeout_share)
+            work = min(work, self._timeout * TIMEOUT_SHARE)
         rest = self._count - self._taken
-        return max(1, int(min(work / each, rest if width == 1 else options.share_of_rest * rest / width)))
+        return max(1, int(min(work / each, rest if width == 1 else SHARE_OF_REST * rest / width)))
 
     def next(self, width: int = 1) -> Batch | None:
         """Next batch of consecutive samples, or None."""
@@ -157,11 +144,7 @@ class Batches:
 
 
 def run_all(
-    engine: Engine,
-    folder: str,
-    batches: Batches,
-    interrupts: Callable[[], int],
-    options: DispatchOptions = DispatchOptions(),
+    engine: Engine, folder: str, batches: Batches, interrupts: Callable[[], int]
 ) -> Iterator[Outcome | LostSample]:
     """Keep workers busy and yield the outcomes of samples as they arrive."""
     running: dict[Any, Batch] = {}
@@ -182,7 +165,7 @@ def run_all(
                 ) from error
         if not running:
             return
-        done, _ = wait(running, timeout=options.interrupt_check, return_when=FIRST_COMPLETED)
+        done, _ = wait(running, timeout=INTERRUPT_CHECK, return_when=FIRST_COMPLETED)
         if interrupts() > 1:
             for future in running:
                 future.cancel()
@@ -201,7 +184,7 @@ def run_all(
                 continue  # the interrupt may have ended its worker: its samples stay missing
             elif len(batch) > 1:
                 again += [[task] for task in batch]
-            elif lost.setdefault(batch[0][0], 1) < options.attempts:
+            elif lost.setdefault(batch[0][0], 1) < ATTEMPTS:
                 lost[batch[0][0]] += 1
                 again.append(batch)
             else:

@@ -18,7 +18,6 @@ import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
-from dataclasses import dataclass
 from multiprocessing.connection import Connection, Pipe, wait
 from typing import Any
 
@@ -34,17 +33,11 @@ class WorkerDied(Exception):
     """A worker process ended in the middle of a batch."""
 
 
-@dataclass(frozen=True)
-class PoolOptions:
-    """Options of a pool of worker processes."""
-
-    failed_starts: int = 3  # consecutive workers that die before they are ready until all futures fail
-    exit_wait: float = 2.0  # time (s) for a worker that has closed its socket to end with its own exit code
-    # time (s) after which a worker that is not ready, with its kernels compiled, counts as dead
-    start_limit: float = 900.0
-    # time (s) after which an idle worker that does not begin its batch is replaced; the batch goes to another
-    answer_limit: float = 60.0
-    parent_check: float = 1.0  # interval (s) at which a worker checks that its parent lives
+FAILED_STARTS = 3
+"""Consecutive workers that die before they are ready until all futures fail."""
+EXIT_WAIT, START_LIMIT, PARENT_CHECK = 2.0, 900.0, 1.0
+"""Times (s): for a worker that has closed its socket to end with its own exit code; after which a worker that is not
+ready, with its kernels compiled, counts as dead; between two checks of a worker that its parent lives."""
 
 
 # -- in the worker ----------------------------------------------------------------------------------------------------
@@ -77,7 +70,7 @@ def _answer(task: Task, folder: str, batch: Batch) -> tuple[bool, Any]:
 
 def _end_with(parent: int) -> None:
     while os.getppid() == parent:
-        time.sleep(PoolOptions.parent_check)
+        time.sleep(PARENT_CHECK)
     os._exit(1)  # also in the middle of a sample: parts are written completely or not at all
 
 
@@ -138,13 +131,13 @@ class LocalPool:
         timeout: float | None,
         task: Task = run_batch,
         ready: Callable[[str], None] = prepare,
-        options: PoolOptions = PoolOptions(),
         *,
         preload: bool = False,
+        answer_limit: float = 60.0,
     ) -> None:
         self._preload = preload
         self.folder, self.width, self.timeout, self.task, self.ready = folder, workers, timeout, task, ready
-        self.options = options
+        self.answer_limit = answer_limit  # s until an idle worker that does not begin its batch is replaced
         self._queue: deque[tuple[Batch, Future[list[Outcome]]]] = deque()
         self._workers: list[_Worker] = []
         self._failed_starts = 0
@@ -237,7 +230,7 @@ class LocalPool:
                 self._receive(by_socket[readable])  # type: ignore[index]
         for worker in list(self._workers):
             if time.monotonic() > self._deadline(worker):
-                limit = self.options.answer_limit if worker.began is None else self.timeout
+                limit = self.answer_limit if worker.began is None else self.timeout
                 self._remove(worker, TimeoutError(f"took longer than its time limit ({limit:g} s)"))
 
     def _deadline(self, worker: _Worker) -> float:
@@ -245,8 +238,8 @@ class LocalPool:
         if worker.began is not None:
             return math.inf if self.timeout is None else worker.began + self.timeout
         if not worker.is_ready:
-            return worker.asked + self.options.start_limit if worker.is_told else math.inf
-        return math.inf if worker.future is None else worker.asked + self.options.answer_limit
+            return worker.asked + START_LIMIT if worker.is_told else math.inf
+        return math.inf if worker.future is None else worker.asked + self.answer_limit
 
     def _wait_time(self) -> float | None:
         soonest = min(map(self._deadline, self._workers), default=math.inf)
@@ -275,7 +268,7 @@ class LocalPool:
         self._workers.remove(worker)
         if reason is None:
             with contextlib.suppress(subprocess.TimeoutExpired):  # let it end by itself, for its own exit code
-                worker.process.wait(timeout=self.options.exit_wait)
+                worker.process.wait(timeout=EXIT_WAIT)
         code = worker.kill()
         if worker.future is not None and worker.began is not None:
             worker.future.set_exception(reason or WorkerDied(f"its worker process died with exit code {code}"))
@@ -284,7 +277,7 @@ class LocalPool:
                 self._queue.appendleft((worker.batch, worker.future))
         elif not worker.is_ready:
             self._failed_starts += 1
-            if self._failed_starts >= self.options.failed_starts:
+            if self._failed_starts >= FAILED_STARTS:
                 self._fail_all(
                     StudyError(
                         f"{self._failed_starts} worker processes in a row died before they began (exit code {code}); "

@@ -238,11 +238,6 @@ def load_table(name: str, *, plasterboard: bool = False) -> DamageTable:
 def read_table(path: str | Path) -> DamageTable:
     """Damage table from a file in the format of ``data/damage``.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-
     Raises
     ------
     InputError

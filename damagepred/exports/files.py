@@ -35,11 +35,6 @@ def write_csv(frame: pd.DataFrame, path: Path, *, index: bool = True) -> None:
     index : bool
         Whether the index becomes columns.
 
-    Raises
-    ------
-    StudyError
-        If it cannot be written.
-
     Examples
     --------
     >>> from pathlib import Path
@@ -62,11 +57,6 @@ def export_place(kind: str, beside: str | Path) -> Path:
         One of ``FORMATS``.
     beside : str or Path
         File or folder such as ``curves.nc`` or ``house.dp``, or ``model.xml`` for the file itself.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown.
 
     Examples
     --------
@@ -103,18 +93,6 @@ def export_curves(
         Categories to export; by default all.
     extrapolated : bool
         Whether to export curves whose median lies beyond the largest movement of the walls.
-
-    Returns
-    -------
-    list of Path
-        The files written.
-
-    Raises
-    ------
-    InputError
-        If the curves cannot be exported; the message gives the reason.
-    StudyError
-        If a file cannot be written.
 
     Examples
     --------

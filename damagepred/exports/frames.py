@@ -22,11 +22,6 @@ if TYPE_CHECKING:
 def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
     """Points of all curves, one row per category and intensity.
 
-    Parameters
-    ----------
-    curves : xarray.Dataset
-        Curves from ``damagepred.fit_fragility``.
-
     Returns
     -------
     pandas.DataFrame
@@ -55,11 +50,6 @@ def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
 def parameters_frame(curves: xr.Dataset) -> pd.DataFrame:
     """Parameters of the curves, one row per category.
 
-    Parameters
-    ----------
-    curves : xarray.Dataset
-        Curves from ``damagepred.fit_fragility``.
-
     Returns
     -------
     pandas.DataFrame
@@ -79,11 +69,6 @@ def parameters_frame(curves: xr.Dataset) -> pd.DataFrame:
 @checked
 def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     """Walls of a study, one row each: inputs, status, and largest values along the path.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Study from ``damagepred.open_study``.
 
     Returns
     -------
@@ -126,11 +111,6 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
 @checked
 def frame(ds: xr.Dataset) -> pd.DataFrame:
     """Dataset as a table: one row per increment of each wall, per sample of a study, or per point of curves.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Result of ``solve``, ``open_study`` or ``fit_fragility``.
 
     Returns
     -------
@@ -178,11 +158,6 @@ def to_arviz(ds: xr.Dataset) -> Any:
     -------
     arviz.InferenceData or xarray.DataTree
         ``prior`` has the inputs, ``prior_predictive`` the results, ``sample_stats_prior`` status and run time.
-
-    Raises
-    ------
-    InputError
-        If ArviZ is not installed, or the dataset is of no study.
 
     Examples
     --------

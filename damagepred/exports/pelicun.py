@@ -63,11 +63,6 @@ def pelicun_frame(
     extrapolated : bool
         Whether to export curves whose median lies beyond the largest movement of the walls.
 
-    Returns
-    -------
-    pandas.DataFrame
-        One row, indexed by the component.
-
     Raises
     ------
     InputError

@@ -1,4 +1,8 @@
-"""Pictures: datasets in, axes and files out. The only part of the package that imports matplotlib."""
+"""Pictures: datasets in, axes and files out. The only part of the package that imports matplotlib.
+
+A drawing returns its axes, and refuses a dataset of another kind with ``InputError``; a file that cannot be written
+raises ``StudyError``.
+"""
 
 from damagepred.plotting import _matplotlib  # noqa: F401 - before all others
 from damagepred.plotting.analyses import (
@@ -10,7 +14,6 @@ from damagepred.plotting.analyses import (
 )
 from damagepred.plotting.cracks import draw_cracks
 from damagepred.plotting.field import draw
-from damagepred.plotting.footing import draw_dpc_opening, draw_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.pictures import (
@@ -30,8 +33,6 @@ __all__ = [
     "draw_comparison",
     "draw_cracks",
     "draw_design_search",
-    "draw_dpc_opening",
-    "draw_footing",
     "draw_fragility",
     "draw_history",
     "draw_portfolio",

@@ -14,23 +14,9 @@ from damagepred.analyses.posterior_tables import measures, odds_in_words
 from damagepred.archive.schema import flag_name
 from damagepred.assembly.bond import lay_bricks
 from damagepred.inputs.arguments import checked
+from damagepred.plotting import sheet
 from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES, OPENING_STYLES, RANK_COLOURS, SHARE_COLOURS
 from damagepred.plotting.rig import draw_bricks
-from damagepred.plotting.sheet import (
-    MM,
-    axes_or_new,
-    elevation,
-    grid,
-    label_movement,
-    legend_below,
-    plain_number,
-    require,
-    set_title,
-    several_or_new,
-    small,
-    title_of,
-    verbatim,
-)
 from damagepred.results.tables import most_damaged_first
 from damagepred.scene.scene import archived_scene
 from damagepred.uq.capacity import category_number
@@ -52,16 +38,6 @@ def draw_comparison(
     axes : sequence of 2 Axes, optional
         Axes to draw on; by default on a new figure.
 
-    Returns
-    -------
-    list of Axes
-        Axes of the probabilities and of the differences.
-
-    Raises
-    ------
-    InputError
-        If the dataset holds no comparison.
-
     Examples
     --------
     >>> import damagepred
@@ -70,16 +46,16 @@ def draw_comparison(
     >>> len(axes)
     2
     """
-    require(comparison, ("probability", "difference", "difference_lower"), "a comparison of studies")
-    upper, lower = several_or_new(axes, 2, 1, 8.0, 7.5)
+    sheet.require(comparison, ("probability", "difference", "difference_lower"), "a comparison of studies")
+    upper, lower = sheet.several_or_new(axes, 2, 1, 8.0, 7.5)
     category = int(comparison["category"][0]) if category is None else category_number(comparison, category)
     chosen = comparison.sel(category=category)
     in_metres = comparison["movement"].attrs.get("units") == "m"
-    movement = comparison["movement"].values * (MM if in_metres else 1.0)
+    movement = comparison["movement"].values * (sheet.MM if in_metres else 1.0)
     for k, name in enumerate(str(study) for study in comparison["study"].values):
         curve, (colour, _) = chosen.isel(study=k), OPENING_STYLES[k % len(OPENING_STYLES)]
         style: dict[str, Any] = {"color": colour, "linestyle": CURVE_STYLES[k % len(CURVE_STYLES)], "linewidth": 1.8}
-        upper.plot(movement, curve["probability"], label=verbatim(name), **style)
+        upper.plot(movement, curve["probability"], label=sheet.verbatim(name), **style)
         upper.fill_between(
             movement, curve["probability_lower"], curve["probability_upper"], color=colour, alpha=0.12, linewidth=0
         )
@@ -91,26 +67,26 @@ def draw_comparison(
     lower.axhline(0.0, color=OPENING_STYLES[0][0], linewidth=1.0)
     upper.set_ylim(0.0, 1.0)
     upper.set_ylabel("probability")
-    lower.set_ylabel(f"difference to {verbatim(str(comparison.attrs['reference']))}")
+    lower.set_ylabel(f"difference to {sheet.verbatim(str(comparison.attrs['reference']))}")
     reach = float(np.nanmax(np.abs([lower.get_ylim()]), initial=0.05))
     lower.set_ylim(-reach, reach)
     words = movement_words(comparison, str(comparison["movement"].attrs.get("measure", "movement")))
     for ax in (upper, lower):
         ax.set_xlim(0.0, movement.max())
         if in_metres:
-            label_movement(ax, words)
+            sheet.label_movement(ax, words)
         else:
             ax.set_xlabel(words)
     level = f"{float(comparison.attrs['confidence']):.0%} intervals"
     paired = comparison["paired_samples"].values[1:]
     pairs = f"{int(paired.min())} pairs of samples" if paired.size and paired.min() else "different samples"
-    set_title(
+    sheet.set_title(
         upper,
         "Probability of damage",
-        f"category {category} ({verbatim(flag_name(comparison, category, 'category'))}) or worse; {level}",
+        f"category {category} ({sheet.verbatim(flag_name(comparison, category, 'category'))}) or worse; {level}",
     )
-    set_title(lower, "Difference to the first study", f"{pairs}; below zero: less damage")
-    legend_below(lower, upper.get_lines(), columns=3)
+    sheet.set_title(lower, "Difference to the first study", f"{pairs}; below zero: less damage")
+    sheet.legend_below(lower, upper.get_lines(), columns=3)
     return [upper, lower]
 
 
@@ -125,17 +101,6 @@ def draw_sensitivity(shares: xr.Dataset, axes: Sequence[Axes] | None = None) -> 
     axes : sequence of 2 Axes, optional
         Axes to draw on; by default on a new figure.
 
-    Returns
-    -------
-    list of Axes
-        Axes of rank correlations and of shares of variance: points with their intervals, one line per input, the
-        strongest on top.
-
-    Raises
-    ------
-    InputError
-        If the dataset is no result of ``study_sensitivity``.
-
     Examples
     --------
     >>> import damagepred
@@ -144,11 +109,11 @@ def draw_sensitivity(shares: xr.Dataset, axes: Sequence[Axes] | None = None) -> 
     >>> len(axes)
     2
     """
-    require(shares, ("spearman", "partial", "first_order"), "what study_sensitivity returns")
+    sheet.require(shares, ("spearman", "partial", "first_order"), "what study_sensitivity returns")
     order = np.argsort(np.abs(shares["spearman"].values))
     inputs = shares.isel(variable=order)
     names = [str(n).replace(".", ", ").replace("_", " ") for n in inputs["variable"].values]
-    upper, lower = several_or_new(axes, 2, 1, 9.0, 3.6 + 0.9 * len(names))
+    upper, lower = sheet.several_or_new(axes, 2, 1, 9.0, 3.6 + 0.9 * len(names))
     rows = np.arange(len(names), dtype=np.float64)
     _points(upper, inputs, "spearman", rows + 0.12, RANK_COLOURS[0], "rank correlation")
     _points(upper, inputs, "partial", rows - 0.12, RANK_COLOURS[1], "partial: others held fixed")
@@ -165,9 +130,9 @@ def draw_sensitivity(shares: xr.Dataset, axes: Sequence[Axes] | None = None) -> 
     lower.set_yticks(rows, names)
     for ax in (upper, lower):
         ax.set_ylim(-0.6, len(names) - 0.4)
-        grid(ax, "x")
-        legend_below(ax, ax.get_legend_handles_labels()[0], 2, 0.6, left=True)
-    title = title_of(shares, "sensitivity")
+        sheet.grid(ax, "x")
+        sheet.legend_below(ax, ax.get_legend_handles_labels()[0], 2, 0.6, left=True)
+    title = sheet.title_of(shares, "sensitivity")
     censored = float(shares.attrs.get("share_censored", 0.0))
     lines = (
         title[:1].upper() + title[1:],
@@ -175,7 +140,7 @@ def draw_sensitivity(shares: xr.Dataset, axes: Sequence[Axes] | None = None) -> 
         + (f", {censored:.0%} of all had not reached it" if censored >= 0.005 else "")
         + f"; bars: {float(shares.attrs['confidence']):.0%} intervals",
     )
-    set_title(upper, *lines)
+    sheet.set_title(upper, *lines)
     return [upper, lower]
 
 
@@ -211,16 +176,6 @@ def draw_design_search(search: xr.Dataset, axes: Sequence[Axes] | None = None) -
     axes : sequence of 2 Axes, optional
         Axes to draw on; by default on a new figure.
 
-    Returns
-    -------
-    list of Axes
-        Axes of the alternatives and of the measures.
-
-    Raises
-    ------
-    InputError
-        If the dataset is not of a design search.
-
     Examples
     --------
     >>> import damagepred
@@ -229,9 +184,9 @@ def draw_design_search(search: xr.Dataset, axes: Sequence[Axes] | None = None) -
     2
     """
     quantity = str(search.attrs.get("quantity", "probability"))
-    require(search, ("cost", quantity, "decision", "value"), "a design search")
+    sheet.require(search, ("cost", quantity, "decision", "value"), "a design search")
     by_cost = quantity == "expected_cost"
-    upper, lower = several_or_new(axes, 2, 1, 8.0, 7.5)
+    upper, lower = sheet.several_or_new(axes, 2, 1, 8.0, 7.5)
     for code, word in enumerate(_WORDS[quantity]):
         group = search.isel(alternative=np.flatnonzero(search["decision"].values == code))
         if not group.sizes["alternative"]:
@@ -249,14 +204,14 @@ def draw_design_search(search: xr.Dataset, axes: Sequence[Axes] | None = None) -
         upper.set_ylim(0.0, min(1.3 * most, 1.0))
         upper.set_ylabel("probability")
     upper.set_xlabel("cost")
-    legend_below(upper, upper.get_legend_handles_labels()[0], 3)
-    chosen = verbatim(str(search.attrs["chosen"])) or "no alternative meets it for certain"
-    set_title(upper, "Cost with repairs" if by_cost else "Cost and probability of damage", f"chosen: {chosen}")
+    sheet.legend_below(upper, upper.get_legend_handles_labels()[0], 3)
+    chosen = sheet.verbatim(str(search.attrs["chosen"])) or "no alternative meets it for certain"
+    sheet.set_title(upper, "Cost with repairs" if by_cost else "Cost and probability of damage", f"chosen: {chosen}")
     rows = np.arange(search.sizes["measure"])
     lower.barh(
         rows, search["value"].values, 0.5, xerr=search["value_error"].values, color=OPENING_STYLES[0][0], capsize=3
     )
-    lower.set_yticks(rows, [verbatim(str(name)) for name in search["measure"].values])
+    lower.set_yticks(rows, [sheet.verbatim(str(name)) for name in search["measure"].values])
     lower.locator_params(axis="x", nbins=5)
     what = "cost of repair" if by_cost else "probability"
     lower.set_xlabel(f"change of the {what}, with standard error")
@@ -274,22 +229,17 @@ def draw_portfolio(street: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax : Axes, optional
         Axes to draw on; by default on a new figure.
 
-    Returns
-    -------
-    Axes
-        The axes; houses with unknown probabilities are left out.
-
     Examples
     --------
     >>> import damagepred
     >>> street = damagepred.assess_portfolio("houses.csv", "house.toml", "street.portfolio")
     >>> axes = damagepred.plotting.draw_portfolio(street)
     """
-    require(street, ("probability", "walls"), "a portfolio")
+    sheet.require(street, ("probability", "walls"), "a portfolio")
     probability = street["probability"].transpose("house", "category").values
     order = np.array([k for k in most_damaged_first(street) if np.isfinite(probability[k]).all()], dtype=np.int64)
     named = len(order) <= MOST_NAMES
-    ax = axes_or_new(ax, 8.0, 1.8 + 0.3 * len(order) if named else 4.0)
+    ax = sheet.axes_or_new(ax, 8.0, 1.8 + 0.3 * len(order) if named else 4.0)
     reached = np.column_stack((probability[order], np.zeros(len(order))))
     ranks = np.arange(len(order))
     for category in street["category"].values.tolist():
@@ -300,7 +250,7 @@ def draw_portfolio(street: xr.Dataset, ax: Axes | None = None) -> Axes:
         else:
             ax.bar(ranks, share, 0.8, bottom=start, color=colour, label=label)
     if named:
-        ax.set_yticks(ranks, [verbatim(str(name)) for name in street["house"].values[order]])
+        ax.set_yticks(ranks, [sheet.verbatim(str(name)) for name in street["house"].values[order]])
         ax.invert_yaxis()
         ax.set_xlim(0.0, 1.0)
         ax.set_xlabel("probability")
@@ -308,10 +258,10 @@ def draw_portfolio(street: xr.Dataset, ax: Axes | None = None) -> Axes:
         ax.set_ylim(0.0, 1.0)
         ax.set_ylabel("probability")
         ax.set_xlabel("houses, the most damaged first")
-    legend_below(ax, ax.get_legend_handles_labels()[0], 4)
+    sheet.legend_below(ax, ax.get_legend_handles_labels()[0], 4)
     unknown = street.sizes["house"] - len(order)
     left = f"; {unknown} with unknown probabilities left out" if unknown else ""
-    set_title(ax, title_of(street, "houses"), f"{len(order)} houses{left}")
+    sheet.set_title(ax, sheet.title_of(street, "houses"), f"{len(order)} houses{left}")
     return ax
 
 
@@ -336,16 +286,6 @@ def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None
     axes : sequence of Axes, optional
         Axes to draw on: one, or two where cracks with a place were observed; by default on a new figure.
 
-    Returns
-    -------
-    list of Axes
-        Axes of the movement and, where local cracks were observed, of the crack map.
-
-    Raises
-    ------
-    InputError
-        If the dataset is not of a back-analysis.
-
     Examples
     --------
     >>> import damagepred
@@ -354,8 +294,8 @@ def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None
     >>> len(damagepred.plotting.draw_back_analysis(damagepred.infer("house.dp", seen)))
     1
     """
-    require(posterior, ("posterior", "movement", "movement_measure", "posterior_odds"), "a back-analysis")
-    axes = several_or_new(axes, 2 if "crack_probability" in posterior else 1, 1, 8.0, 7.5)
+    sheet.require(posterior, ("posterior", "movement", "movement_measure", "posterior_odds"), "a back-analysis")
+    axes = sheet.several_or_new(axes, 2 if "crack_probability" in posterior else 1, 1, 8.0, 7.5)
     shown, largest = measures(posterior), posterior["movement_largest"].values
     warning = "" if posterior["resembles"].values.any() else "NO STORED WALL RESEMBLES THE OBSERVATIONS"
     if "until" in posterior:
@@ -370,15 +310,15 @@ def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None
         total = np.cumsum(weight[used][order]) / max(weight.sum(), 1e-300)
         colour, style = OPENING_STYLES[k % len(OPENING_STYLES)][0], CURVE_STYLES[k % len(CURVE_STYLES)]
         odds = odds_in_words(float(posterior["posterior_odds"][k]))
-        label, factor = f"{verbatim(name)}: odds {odds}", shown[k].factor if alike else 1.0 / largest[k]
+        label, factor = f"{sheet.verbatim(name)}: odds {odds}", shown[k].factor if alike else 1.0 / largest[k]
         if not alike:
             label += f"; {shown[k].words} up to {shown[k].factor * largest[k]:.3g} {shown[k].unit}"
         axes[0].step(movement[used][order] * factor, total, where="post", color=colour, linestyle=style, label=label)
     axes[0].set_ylim(0.0, 1.0)
     axes[0].set_xlabel(f"{shown[0].words} ({shown[0].unit})" if alike else "movement over the largest of the study")
     axes[0].set_ylabel("posterior probability\nof a smaller movement")
-    set_title(axes[0], "Movement, given the observations", warning)
-    legend_below(axes[0], axes[0].get_legend_handles_labels()[0])
+    sheet.set_title(axes[0], "Movement, given the observations", warning)
+    sheet.legend_below(axes[0], axes[0].get_legend_handles_labels()[0])
     if len(axes) > 1:
         _draw_map(posterior, axes[1])
     return axes
@@ -412,10 +352,12 @@ def _draw_history(posterior: xr.Dataset, ax: Axes, warning: str) -> None:
         bands.append(ax.axhline(end, color="grey", linestyle=":", label="end of the stored paths"))
     ax.set_ylim(bottom=0.0)
     ax.set_ylabel(f"{measure.words} ({measure.unit})")
-    slow, *_, rate, _, fast = (plain_number(float(f"{measure.factor * v:.2g}")) for v in cause["rate_quantile"].values)
-    rates = f"{verbatim(str(cause['study'].values))}: {rate} {measure.unit} a year, {slow} to {fast}"
-    set_title(ax, "Movement over time, given the observations", rates, warning)
-    legend_below(ax, bands)
+    slow, *_, rate, _, fast = (
+        sheet.plain_number(float(f"{measure.factor * v:.2g}")) for v in cause["rate_quantile"].values
+    )
+    rates = f"{sheet.verbatim(str(cause['study'].values))}: {rate} {measure.unit} a year, {slow} to {fast}"
+    sheet.set_title(ax, "Movement over time, given the observations", rates, warning)
+    sheet.legend_below(ax, bands)
 
 
 def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
@@ -436,13 +378,13 @@ def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
     ax.figure.colorbar(mesh, ax=ax, label="probability of a crack", shrink=0.7)
     if "study_scene" in cause:  # cells of the map reach beyond the wall
         ax.axis((0.0, scene.wall.length, 0.0, scene.wall.height))
-    middle, size = np.mean(ax.get_ylim()), small(ax)
+    middle, size = np.mean(ax.get_ylim()), sheet.small(ax)
     style: dict[str, Any] = {"ha": "center", "va": "center", "bbox": _LABEL, "fontsize": size, "zorder": 6}
     names = ("observed_x", "observed_y", "observed_width", "observed_limit")
     marks = sorted(zip(*(posterior[name].values.tolist() for name in names if name in posterior)))
     for k, (x, y, width, limit) in enumerate(marks):
         ax.plot(x, y, marker="o" if width else "x", color="black", fillstyle="none", markersize=9, zorder=5)
-        words = f"{limit} {plain_number(width * MM)} mm".strip() if width else "no crack"
+        words = f"{limit} {sheet.plain_number(width * sheet.MM)} mm".strip() if width else "no crack"
         # neighbours at different heights, all inside the wall
         ax.annotate(
             words, (x, y), (0, (1 if y < middle else -1) * (16, 32)[k % 2]), textcoords="offset points", **style
@@ -451,7 +393,7 @@ def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
     levels = [posterior[f"level_{end}"].values.tolist() for end in ends]
     for x, y, to_x, to_y, difference in zip(*levels):
         ax.plot([x, to_x], [y, to_y], color=OPENING_STYLES[0][0], marker="|", linestyle="--", linewidth=1.2, zorder=4)
-        words = f"{difference * MM:+.3g} mm"
+        words = f"{difference * sheet.MM:+.3g} mm"
         ax.annotate(
             words,
             (to_x, to_y),
@@ -460,27 +402,31 @@ def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
             color=OPENING_STYLES[0][0],
             **style | {"ha": "right"},
         )
-    elevation(ax)
-    limit = float(cracked.attrs["wider_than"]) * MM
+    sheet.elevation(ax)
+    limit = float(cracked.attrs["wider_than"]) * sheet.MM
     observed = "; circles: observed widths, crosses: no crack" if marks else ""
     observed += "; dashed: observed difference of levels" if levels else ""
-    set_title(ax, "Crack map", f"{verbatim(str(cause['study'].values))}: cracks wider than {limit:g} mm{observed}")
+    sheet.set_title(
+        ax, "Crack map", f"{sheet.verbatim(str(cause['study'].values))}: cracks wider than {limit:g} mm{observed}"
+    )
     return ax
 
 
 def draw_scales(scales: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the share of states that each pair of scales judges alike: both beyond their first limits, or both below."""
-    require(scales, ("agreement", "share_reached"), "a comparison of scales")
-    ax = axes_or_new(ax, 10.0, 8.0)
+    sheet.require(scales, ("agreement", "share_reached"), "a comparison of scales")
+    ax = sheet.axes_or_new(ax, 10.0, 8.0)
     shares = scales["agreement"].values
     ax.imshow(shares, vmin=0.0, vmax=1.0, cmap="Greys", aspect="auto")
     for (row, column), share in np.ndenumerate(shares):
         text = "-" if np.isnan(share) else f"{share:.2f}"
         colour = "white" if share > 0.5 else "black"
-        ax.text(column, row, text, ha="center", va="center", color=colour, fontsize=small(ax))
-    names = [verbatim(str(name)) for name in scales["scale"].values]
+        ax.text(column, row, text, ha="center", va="center", color=colour, fontsize=sheet.small(ax))
+    names = [sheet.verbatim(str(name)) for name in scales["scale"].values]
     ticks = range(len(names))
     ax.set_xticks(ticks, [str(number + 1) for number in ticks])
-    ax.set_yticks(ticks, [f"{name}  {number + 1}" for number, name in enumerate(names)], fontsize=small(ax))
-    set_title(ax, title_of(scales, "") or "Agreement of scales", "share of states that two scales judge alike")
+    ax.set_yticks(ticks, [f"{name}  {number + 1}" for number, name in enumerate(names)], fontsize=sheet.small(ax))
+    sheet.set_title(
+        ax, sheet.title_of(scales, "") or "Agreement of scales", "share of states that two scales judge alike"
+    )
     return ax

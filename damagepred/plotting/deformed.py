@@ -15,28 +15,8 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
+from damagepred.plotting import geometry, sheet
 from damagepred.plotting.colours import DPC_COLOUR, FOOTING_COLOUR, OUTLINE_COLOUR
-from damagepred.plotting.geometry import (
-    Faces,
-    Motion,
-    Zones,
-    corners,
-    footing_blocks,
-    polygons,
-    round_exaggeration,
-    settlement,
-    soil_surface,
-)
-from damagepred.plotting.sheet import (
-    MM,
-    below,
-    elevation,
-    height_to_scale,
-    plain_number,
-    require,
-    small,
-    title_of,
-)
 
 _NEEDED = (
     *(f"vertex_{name}" for name in ("x", "y", "block")),
@@ -56,7 +36,7 @@ class Deformed:
 
     ds: xr.Dataset
     increment: int
-    motion: Motion
+    motion: geometry.Motion
     points: FloatArray
     block: IntArray
     factor: float
@@ -67,7 +47,7 @@ class Deformed:
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int, exaggeration: float | None) -> Deformed:
         """Wall at the increment with that position; by default with a round factor on displacements."""
-        require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
+        sheet.require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
         steps = ds.sizes["increment"]
         if not -steps <= increment < steps:
             raise InputError(
@@ -75,15 +55,15 @@ class Deformed:
             )
         if exaggeration is not None and not (np.isfinite(exaggeration) and exaggeration >= 0):
             raise InputError(f"exaggeration = {exaggeration!r}: must be a number of 0 or more.")
-        motion, (points, block) = Motion.of(ds, increment), corners(ds)
-        footing, datum = footing_blocks(ds), settlement(ds)
+        motion, (points, block) = geometry.Motion.of(ds, increment), geometry.corners(ds)
+        footing, datum = geometry.footing_blocks(ds), geometry.settlement(ds)
         drawn = motion.at(block, points)
         if datum is not None:
             motion = replace(motion, displacement=motion.displacement - [0.0, datum])
-            rise = soil_surface(ds, increment, footing)[2] - datum
+            rise = geometry.soil_surface(ds, increment, footing)[2] - datum
             drawn = np.concatenate((motion.at(block, points), np.column_stack((0.0 * rise, rise))))
         if exaggeration is None:
-            exaggeration = round_exaggeration(drawn, float(ds.attrs.get("longest_wall", np.ptp(points[:, 0]))))
+            exaggeration = geometry.round_exaggeration(drawn, float(ds.attrs.get("longest_wall", np.ptp(points[:, 0]))))
         rigid = np.ones(len(motion.x), dtype=np.bool_)
         if "zone_block" in ds.variables:
             rigid[ds["zone_block"].values] = False
@@ -97,17 +77,17 @@ class Deformed:
     @cached_property
     def outlines(self) -> list[FloatArray]:
         """Corners of each block as drawn (m)."""
-        return polygons(self.shape, self.block)
+        return geometry.polygons(self.shape, self.block)
 
     @cached_property
-    def faces(self) -> Faces:
+    def faces(self) -> geometry.Faces:
         """Interfaces at the increment."""
-        return Faces.of(self.ds, self.increment)
+        return geometry.Faces.of(self.ds, self.increment)
 
     @cached_property
-    def zones(self) -> Zones:
+    def zones(self) -> geometry.Zones:
         """Zones before any movement."""
-        return Zones.of(self.ds)
+        return geometry.Zones.of(self.ds)
 
     @cached_property
     def gridpoints(self) -> FloatArray:
@@ -116,7 +96,7 @@ class Deformed:
         moved[1] = moved[1] - (self.datum or 0.0)
         return np.asarray(self.zones.points + self.factor * np.column_stack(moved))
 
-    def gaps(self, faces: Faces) -> FloatArray:
+    def gaps(self, faces: geometry.Faces) -> FloatArray:
         """Gap between the two blocks of each interface as drawn: quadrilaterals (m, 4, 2)."""
         sides = faces.neighbours(self.points, self.block)
 
@@ -130,14 +110,14 @@ class Deformed:
     @property
     def title(self) -> str:
         """Name of the wall."""
-        return title_of(self.ds, "wall")
+        return sheet.title_of(self.ds, "wall")
 
     @property
     def scale(self) -> str:
         """Scale of displacements in words."""
         if self.factor in (0.0, 1.0):
             return "displacements to scale" if self.factor else "undeformed"
-        return f"displacements exaggerated {plain_number(self.factor)} times"
+        return f"displacements exaggerated {sheet.plain_number(self.factor)} times"
 
     @cached_property
     def unbroken(self) -> FloatArray:
@@ -147,7 +127,7 @@ class Deformed:
 
     def sheet_height(self, room: float) -> float:
         """Height (inches) of a sheet 10 wide, with room for title, axis, colour bar and legend."""
-        return height_to_scale(self.shape, room)
+        return sheet.height_to_scale(self.shape, room)
 
     def draw_rigid(self, ax: Axes, colours: Any) -> None:
         """Fill the rigid blocks with one colour, or one per block; segments of a footing are grey."""
@@ -187,7 +167,7 @@ class Deformed:
 
     def finish(self, ax: Axes) -> None:
         """Set the axes, and draw the scale bar of displacements."""
-        elevation(ax)
+        sheet.elevation(ax)
         low, high = self.shape.min(axis=0), self.shape.max(axis=0)
         room = 0.02 * (high - low)[0]
         ax.set_xlim(low[0] - room, high[0] + room)
@@ -201,8 +181,8 @@ class Deformed:
         size = float(steps[np.argmin(np.abs(np.log(steps / wanted)))])
         right = float(self.shape[:, 0].max())
         left = right - self.factor * size
-        under = below(ax, 0.47, ax.get_xaxis_transform())
+        under = sheet.below(ax, 0.47, ax.get_xaxis_transform())
         style: dict[str, Any] = {"linewidth": 2.0, "solid_capstyle": "butt", "label": "magnification"}
         ax.plot([left, right], [0.0, 0.0], color="black", transform=under, clip_on=False, **style)
-        words = f"displacement of {plain_number(size * MM)} mm"
-        ax.text(left - 0.01 * length, 0.0, words, transform=under, ha="right", va="center", fontsize=small(ax))
+        words = f"displacement of {sheet.plain_number(size * sheet.MM)} mm"
+        ax.text(left - 0.01 * length, 0.0, words, transform=under, ha="right", va="center", fontsize=sheet.small(ax))

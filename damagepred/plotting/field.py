@@ -15,40 +15,22 @@ from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
 
 from damagepred.archive.schema import VARIABLES, is_dynamic
-from damagepred.arrays import FloatArray
+from damagepred.arrays import FloatArray, IntArray
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
-from damagepred.plotting.colours import (
-    OPENING_STYLES,
-    STATE_COLOURS,
-    ZONE_STATES,
-    band_colours,
-    field_colours,
-    movement_bar,
-)
+from damagepred.plotting import colours, geometry, sheet
 from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.sheet import (
-    MM,
-    MPA,
-    axes_or_new,
-    bar_below,
-    grid,
-    legend_below,
-    moved_to,
-    plain_number,
-    set_title,
-    shown_unit,
-    small,
-    spread_evenly,
-    title_of,
-    verbatim,
-)
 from damagepred.plotting.stress import STRESSES, check_stress, elastic_stress, one_of, stress_levels, stresses
 from damagepred.plotting.study import draw_paths
 from damagepred.uq.intensity import movement_measure, movement_words
 
 MOST_LINES = 10
-"""Increments drawn at most along a footing."""
+"""Increments drawn at most along a wall."""
+BEDS = {"dpc": ContactKind.DPC, "footing": ContactKind.FOOTING_INTERFACE}
+"""Beds whose opening along the wall is drawn."""
+SHOWN_SHARE = 0.4
+"""Widest opening over the threshold from which the threshold is drawn: a lower one would lie on the axis."""
 _PLACES = ("block", "contact", "zone", "gridpoint")
 _FIELDS = [(place,) for place in _PLACES]
 
@@ -67,10 +49,11 @@ def draw(
 ) -> Axes:
     """Draw any variable of a wall, or the paths of a study.
 
-    Variables of blocks, contacts, zones and gridpoints are drawn in colours on the deformed wall; variables of the
-    footing's sections along the wall at some increments; all others over the movement, with years in colours where a
-    movement has stages. A variable of a study has one line per wall, with quantiles. Numbers have the units mm, kN,
-    MPa.
+    Variables of blocks, contacts, zones and gridpoints are drawn in colours on the deformed wall. Variables of the
+    footing's sections, ``footing_rise``, ``dpc_opening`` and ``footing_opening`` (of the bed between first course and
+    footing) are drawn along the wall at some increments. All others are drawn over the movement, with years in colours
+    where a movement has stages. A variable of a study has one line per wall, with quantiles. Numbers have the units mm,
+    kN, MPa.
 
     A stress (MPa, tension positive and red) is drawn in filled contours: ``stress_xx`` along the wall, ``stress_yy``
     upright, ``stress_xy`` shear, ``stress_largest`` and ``stress_smallest`` for the principal stresses in the wall's
@@ -96,11 +79,6 @@ def draw(
     label : str, optional
         Name of the line, for several walls on the same axes.
 
-    Raises
-    ------
-    InputError
-        If the dataset has no such variable or increment, or the variable has no place in a picture.
-
     Examples
     --------
     >>> import damagepred, xarray
@@ -115,7 +93,13 @@ def draw(
         return _draw_stress(ds, variable.removeprefix("zone_"), ax, increment, exaggeration, levels)
     if "sample" in ds.dims:
         return draw_paths(ds, variable, ax)
-    names = [str(name) for name in ds.variables if _drawable(ds[name])]
+    kinds = ds["contact_kind"].values if "contact_opening" in ds.variables else []
+    along = [f"{bed}_opening" for bed, kind in BEDS.items() if kind in kinds]
+    along += ["footing_rise"] if "section_x" in ds.variables else []
+    if variable in along:
+        bed = variable.removesuffix("_opening")
+        return _draw_bed(ds, bed, ax) if bed in BEDS else _draw_footing_rise(ds, ax)
+    names = [*along, *(str(name) for name in ds.variables if _drawable(ds[name]))]
     if variable not in names:
         problem = "is neither a field on the wall nor a number at each increment"
         if variable not in ds.variables:
@@ -153,79 +137,81 @@ def _draw_stress(
     check_stress(ds)
     component = variable.removeprefix("stress_")
     wall = Deformed.of(ds, increment, exaggeration)
-    ax = axes_or_new(ax, 10.0, wall.sheet_height(2.2))
+    ax = sheet.axes_or_new(ax, 10.0, wall.sheet_height(2.2))
     rigid, zoned = stresses(wall)
     bent, bent_corners = elastic_stress(wall, rigid)
     limits = np.asarray(stress_levels(ds, variable, [increment]) if levels is None else levels, dtype=np.float64)
-    colours = band_colours(limits)
-    norm = BoundaryNorm(list(limits), colours.N, extend="both")
-    wall.draw_rigid(ax, colours(norm(MPA * one_of(rigid, component))))
-    shades = [tuple(c) for c in np.asarray(colours.colors)]
+    palette = colours.band_colours(limits)
+    norm = BoundaryNorm(list(limits), palette.N, extend="both")
+    wall.draw_rigid(ax, palette(norm(sheet.MPA * one_of(rigid, component))))
+    shades = [tuple(c) for c in np.asarray(palette.colors)]
     filled: dict[str, Any] = {"levels": limits, "colors": shades, "extend": "both", "zorder": 2}
     if len(bent):
         triangles = np.concatenate((bent_corners[:, [0, 1, 2]], bent_corners[:, [0, 2, 3]]))
         mesh = Triangulation(wall.shape[:, 0], wall.shape[:, 1], triangles)
-        ax.tricontourf(mesh, MPA * one_of(bent, component), **filled).set_label("elastic blocks")
+        ax.tricontourf(mesh, sheet.MPA * one_of(bent, component), **filled).set_label("elastic blocks")
     if len(zoned):
         smooth = np.column_stack([wall.zones.at_gridpoints(s) for s in zoned.T])
         mesh = Triangulation(wall.gridpoints[:, 0], wall.gridpoints[:, 1], wall.zones.corners)
-        ax.tricontourf(mesh, MPA * one_of(smooth, component), **filled).set_label("zones")
+        ax.tricontourf(mesh, sheet.MPA * one_of(smooth, component), **filled).set_label("zones")
     wall.draw_outlines(ax)
     wall.finish(ax)
-    every = MPA * np.concatenate([one_of(s, component) for s in (rigid, zoned, bent)])
-    bar = bar_below(ax, ScalarMappable(norm, colours), "MPa, tension positive", extend="both", spacing="uniform")
+    every = sheet.MPA * np.concatenate([one_of(s, component) for s in (rigid, zoned, bent)])
+    bar = sheet.bar_below(ax, ScalarMappable(norm, palette), "MPa, tension positive", extend="both", spacing="uniform")
     bar.set_ticks(list(limits[:: 1 + len(limits) // 8]))
     reach = f"{_signed(every.min())} to {_signed(every.max())} MPa"
-    set_title(ax, wall.title, f"{STRESSES[variable]}, at {moved_to(ds, increment)}: {reach}", wall.scale)
+    sheet.set_title(ax, wall.title, f"{STRESSES[variable]}, at {sheet.moved_to(ds, increment)}: {reach}", wall.scale)
     return ax
 
 
 def _signed(value: float) -> str:
-    return ("-" if value < 0 else "") + plain_number(abs(value))
+    return ("-" if value < 0 else "") + sheet.plain_number(abs(value))
 
 
 def _draw_field(ds: xr.Dataset, variable: str, ax: Axes | None, increment: int, exaggeration: float | None) -> Axes:
     """Draw a variable of blocks, contacts, zones or gridpoints in colours on the deformed wall."""
     wall = Deformed.of(ds, increment, exaggeration)
-    ax = axes_or_new(ax, 10.0, wall.sheet_height(2.4))
+    ax = sheet.axes_or_new(ax, 10.0, wall.sheet_height(2.4))
     field = ds[variable]
-    factor, unit = shown_unit(_units(ds, variable))
+    factor, unit = sheet.shown_unit(_units(ds, variable))
     values = (field.values[increment] if "increment" in field.dims else field.values) * factor
-    words = verbatim(str(field.attrs.get("long_name", variable.replace("_", " "))))
+    words = sheet.verbatim(str(field.attrs.get("long_name", variable.replace("_", " "))))
     flags = [str(word).replace("_", " ") for word in str(field.attrs.get("flag_meanings", "")).split()]
     if flags:
-        names, colours = _flag_colours(variable, flags)
-        shades = to_rgba_array(list(colours))[values.astype(np.int64)]
+        names, palette = _flag_colours(variable, flags)
+        shades = to_rgba_array(list(palette))[values.astype(np.int64)]
         count = np.bincount(values.astype(np.int64), minlength=len(names))
         handles = [
             Patch(facecolor=colour, edgecolor="0.6", linewidth=0.5, label=f"{name}: {number}")
-            for name, colour, number in zip(names, colours, count)
+            for name, colour, number in zip(names, palette, count)
             if number
         ]
-        legend_below(ax, handles, 3, 0.65, left=True)
+        sheet.legend_below(ax, handles, 3, 0.65, left=True)
         reach = ""
     else:
         shown = values[np.isfinite(values)]
-        colour_map, norm = field_colours(shown)
+        colour_map, norm = colours.field_colours(shown)
         shades = colour_map(norm(np.nan_to_num(values)))
         shades[~np.isfinite(values)] = to_rgba_array("white")
-        bar_below(ax, ScalarMappable(norm, colour_map), f"{variable.replace('_', ' ')}{unit}")
+        sheet.bar_below(ax, ScalarMappable(norm, colour_map), f"{variable.replace('_', ' ')}{unit}")
         ends = (_signed(end) for end in (shown.min(), shown.max())) if shown.size else ("–", "–")
         reach = f": {' to '.join(ends)}{unit.replace('(', '').replace(')', '')}"
     _fill(ax, wall, next(d for d in field.dims if d in _PLACES), values, shades)
     wall.draw_outlines(ax)
     wall.finish(ax)
-    moved = f" at {moved_to(ds, increment)}" if "increment" in field.dims else ""
-    set_title(ax, wall.title, f"{words}{moved}{reach}", wall.scale)
+    moved = f" at {sheet.moved_to(ds, increment)}" if "increment" in field.dims else ""
+    sheet.set_title(ax, wall.title, f"{words}{moved}{reach}", wall.scale)
     return ax
 
 
 def _flag_colours(variable: str, flags: list[str]) -> tuple[list[str], list[str]]:
     """Names and colours of the values of a variable that has flags."""
     if variable == "zone_state":
-        return [name for name, _ in ZONE_STATES], [colour for _, colour in ZONE_STATES]
-    colours = STATE_COLOURS if variable == "contact_state" else [colour for colour, _ in OPENING_STYLES] * 2
-    return flags, list(colours[: len(flags)])
+        return [name for name, _ in colours.ZONE_STATES], [colour for _, colour in colours.ZONE_STATES]
+    palette = (
+        colours.STATE_COLOURS if variable == "contact_state" else [colour for colour, _ in colours.OPENING_STYLES] * 2
+    )
+    return flags, list(palette[: len(flags)])
 
 
 def _fill(ax: Axes, wall: Deformed, place: Any, values: FloatArray, shades: FloatArray) -> None:
@@ -254,21 +240,72 @@ def _contacts(wall: Deformed) -> FloatArray:
     return np.asarray(place + wall.factor * (moved[0] + moved[1]) / count[:, None])
 
 
-def _draw_sections(ds: xr.Dataset, variable: str, ax: Axes | None) -> Axes:
-    """Draw a variable of the footing's sections along the wall at some increments."""
-    ax = axes_or_new(ax, 9.0, 4.0)
-    factor, unit = shown_unit(_units(ds, variable))
-    movement = ds[movement_measure(ds)].values * MM
-    colour = movement_bar([ax], movement, movement_words(ds))
+def _draw_along(
+    ds: xr.Dataset, ax: Axes | None, x: FloatArray, rows: FloatArray, label: str, pieces: Sequence[IntArray] = ()
+) -> Axes:
+    """Draw values (increments, places) along the wall (m) at some increments."""
+    ax = sheet.axes_or_new(ax, 9.0, 4.0)
+    movement = ds[movement_measure(ds)].values * sheet.MM
+    colour = colours.movement_bar([ax], movement, movement_words(ds))
     ax.axhline(0.0, color="black", linewidth=0.8)
-    for step in spread_evenly(len(movement), MOST_LINES):
-        ax.plot(ds["section_x"], ds[variable][step] * factor, color=colour(movement[step]), linewidth=1.4)
+    for step in sheet.spread_evenly(len(movement), MOST_LINES):
+        for piece in pieces or [np.arange(len(x))]:
+            ax.plot(x[piece], rows[step, piece], color=colour(movement[step]), linewidth=1.4)
     ax.set_xlim(float(ds["vertex_x"].min()), float(ds["vertex_x"].max()))
     ax.set_xlabel("along the wall (m)")
-    ax.set_ylabel(f"{variable.removeprefix('section_').replace('_', ' ')}{unit}")
-    grid(ax)
-    set_title(ax, title_of(ds, "wall"), str(ds[variable].attrs.get("long_name", "")))
+    ax.set_ylabel(label)
+    sheet.grid(ax)
     return ax
+
+
+def _draw_sections(ds: xr.Dataset, variable: str, ax: Axes | None) -> Axes:
+    """Draw a variable of the footing's sections."""
+    factor, unit = sheet.shown_unit(_units(ds, variable))
+    label = f"{variable.removeprefix('section_').replace('_', ' ')}{unit}"
+    ax = _draw_along(ds, ax, ds["section_x"].values, ds[variable].values * factor, label)
+    sheet.set_title(ax, sheet.title_of(ds, "wall"), str(ds[variable].attrs.get("long_name", "")))
+    return ax
+
+
+def _draw_footing_rise(ds: xr.Dataset, ax: Axes | None) -> Axes:
+    """Draw the rise of a footing from its level under dead load, on soil with the ground as it would be without it."""
+    footing, level = geometry.footing_blocks(ds), geometry.settlement(ds) or 0.0
+    x = geometry.footing_rise(ds, 0, footing)[0]
+    rises = np.array([geometry.footing_rise(ds, step, footing)[1] for step in range(ds.sizes["increment"])])
+    ax = _draw_along(ds, ax, x, (rises - level) * sheet.MM, "rise of the footing (mm)")
+    x, _, rise = geometry.ground_profile(ds, ds.sizes["increment"] - 1, ContactKind.SOIL)
+    words = ""
+    if len(x):
+        ax.plot(x, (rise - level) * sheet.MM, color=colours.SOIL_COLOUR, linestyle="--", linewidth=1.4, label="ground")
+        words = f"rise from its level under dead load, settled by {sheet.plain_number(-level * sheet.MM)} mm"
+        words += "; dashed: ground at the end without the footing"
+    sheet.set_title(ax, sheet.title_of(ds, "wall"), "rise of the footing", words)
+    return ax
+
+
+def _draw_bed(ds: xr.Dataset, bed: str, ax: Axes | None) -> Axes:
+    """Draw the opening of the dpc, or of the bed on the footing, and the stretches open by more than the threshold."""
+    name = "dpc" if bed == "dpc" else "bed on the footing"
+    x, opening, pieces = geometry.opening_along(ds, BEDS[bed])
+    ax = _draw_along(ds, ax, x, opening * sheet.MM, f"opening of the {name} (mm)", pieces)
+    threshold = float(ds[f"{bed}_separation_length"].attrs.get("opening_threshold", 1e-3))
+    limit = f"{sheet.plain_number(threshold * sheet.MM)} mm"
+    if opening.max() > SHOWN_SHARE * threshold:
+        ax.axhline(threshold * sheet.MM, color="black", linestyle="--", linewidth=1.0, label=f"threshold {limit}")
+    stretches = [span for piece in pieces for span in geometry.open_stretches(x[piece], opening[-1, piece], threshold)]
+    sheet.legend_below(ax, ax.get_legend_handles_labels()[0])
+    widest = f"open by {sheet.plain_number(float(opening[-1].max()) * sheet.MM)} mm at most"
+    words = f"at {sheet.moved_to(ds, -1)} the {name} is {widest}, {_reach(stretches, limit, ax.get_xlim()[0])}"
+    sheet.set_title(ax, sheet.title_of(ds, "wall"), words)
+    return ax
+
+
+def _reach(stretches: list[tuple[float, float]], limit: str, left: float) -> str:
+    if not stretches:
+        return f"nowhere by more than {limit}"
+    spans = ", ".join(f"{a - left:.2f} to {b - left:.2f} m" for a, b in stretches[:4])
+    more = f" and {len(stretches) - 4} more stretches" if len(stretches) > 4 else ""
+    return f"by more than {limit} along {spans}{more}"
 
 
 def _draw_over_movement(ds: xr.Dataset, variable: str, ax: Axes | None, against: str | None, label: str | None) -> Axes:
@@ -281,8 +318,8 @@ def _draw_over_movement(ds: xr.Dataset, variable: str, ax: Axes | None, against:
             + nearest(by, names)
         )
     first = ax is None or not ax.lines
-    ax = axes_or_new(ax, 8.0, 5.0)
-    (factor, unit), (x_factor, x_unit) = (shown_unit(_units(ds, name)) for name in (variable, by))
+    ax = sheet.axes_or_new(ax, 8.0, 5.0)
+    (factor, unit), (x_factor, x_unit) = (sheet.shown_unit(_units(ds, name)) for name in (variable, by))
     x, y = ds[by].values * x_factor, ds[variable].values * factor
     name = movement_words(ds, by) if by.endswith(("movement", "deflection", "displacement")) else by.replace("_", " ")
     in_stages = against is None and label is None and "stage" in ds.variables and y.ndim == 1
@@ -292,8 +329,8 @@ def _draw_over_movement(ds: xr.Dataset, variable: str, ax: Axes | None, against:
         ax.axhline(0.0, color="black", linewidth=0.8)
         ax.set_xlabel(f"{name}{x_unit}")
         ax.set_ylabel(f"{variable.replace('_', ' ')}{unit}")
-        grid(ax)
-        set_title(ax, title_of(ds, "wall"), verbatim(str(ds[variable].attrs.get("long_name", ""))))
+        sheet.grid(ax)
+        sheet.set_title(ax, sheet.title_of(ds, "wall"), sheet.verbatim(str(ds[variable].attrs.get("long_name", ""))))
     if in_stages:
         years = "time" in ds.variables
         ax.plot(x, y, color="0.6", linewidth=0.9)
@@ -306,15 +343,15 @@ def _draw_over_movement(ds: xr.Dataset, variable: str, ax: Axes | None, against:
         moving = np.isfinite(row)  # a wall in motion has no load
         style: dict[str, Any] = {"marker": ".", "markersize": 4, "linewidth": 1.5, "label": text}
         if y.ndim > 1 and label is None:
-            style |= dict(zip(("color", "marker"), OPENING_STYLES[number % len(OPENING_STYLES)]))
+            style |= dict(zip(("color", "marker"), colours.OPENING_STYLES[number % len(colours.OPENING_STYLES)]))
         ax.plot(x[moving], row[moving], **style)
         if not moving.any():
             ax.lines[-1].set_label(f"{text}: unknown")
     if "limit_deflection" in ds.attrs and variable == "jack_load" and by == "central_deflection":
         # in a rig that cannot pull, the footing goes no further
-        _mark_limit(ax, float(ds.attrs["limit_deflection"]) * MM, ax.lines[-1].get_color())
+        _mark_limit(ax, float(ds.attrs["limit_deflection"]) * sheet.MM, ax.lines[-1].get_color())
     if handles := [line for line in ax.lines if not str(line.get_label()).startswith("_")]:
-        legend_below(ax, handles, 3)
+        sheet.legend_below(ax, handles, 3)
     return ax
 
 
@@ -341,5 +378,5 @@ def _mark_limit(ax: Axes, limit: float, colour: Any) -> None:
     style: dict[str, Any] = {"markersize": 7, "markerfacecolor": "white", "markeredgecolor": colour, "zorder": 5}
     ax.plot([limit], [0.0], marker="o", linestyle="none", label="_limit", **style)
     earlier = sum(line.get_label() == "_limit" for line in ax.lines) - 1
-    words, above = f"no load at {plain_number(limit)} mm", (0, 10 + 14 * earlier)
-    ax.annotate(words, (limit, 0.0), above, textcoords="offset points", ha="right", fontsize=small(ax))
+    words, above = f"no load at {sheet.plain_number(limit)} mm", (0, 10 + 14 * earlier)
+    ax.annotate(words, (limit, 0.0), above, textcoords="offset points", ha="right", fontsize=sheet.small(ax))

@@ -17,23 +17,8 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage import construction_limits
 from damagepred.formatting import ratio
 from damagepred.inputs.arguments import checked
+from damagepred.plotting import sheet
 from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES
-from damagepred.plotting.sheet import (
-    MM,
-    axes_or_new,
-    figure_of,
-    grid,
-    label_movement,
-    legend_below,
-    plain_number,
-    require,
-    round_numbers,
-    say_nothing_to_draw,
-    set_title,
-    small,
-    title_of,
-    verbatim,
-)
 from damagepred.results.tables import DOUBTFUL
 from damagepred.scene.site import site_classes
 from damagepred.uq.fragility.describe import median_lower_bound
@@ -75,11 +60,6 @@ def draw_fragility(
         The legend names each category with median and dispersion, or the reason why it has no curve. Curves whose fit
         is doubtful are pale.
 
-    Raises
-    ------
-    InputError
-        If the dataset holds no fragility curves.
-
     Examples
     --------
     >>> import damagepred
@@ -92,10 +72,10 @@ def draw_fragility(
     """
     if "second" in curves.dims:
         return _draw_surface(curves, ax)
-    require(curves, _CURVES, "fragility curves as `damagepred.fit_fragility` returns them")
-    ax = axes_or_new(ax, 9.0, 6.0)
+    sheet.require(curves, _CURVES, "fragility curves as `damagepred.fit_fragility` returns them")
+    ax = sheet.axes_or_new(ax, 9.0, 6.0)
     in_metres = curves["intensity"].attrs.get("units") == "m"
-    scale = MM if in_metres else 1.0
+    scale = sheet.MM if in_metres else 1.0
     x = curves["intensity"].values * scale
     handles: list[Line2D] = []
     for number, category in enumerate(curves["category"].values):
@@ -139,11 +119,11 @@ def draw_fragility(
         )
     ax.set_xlim(float(x[0]), float(x[-1]))
     ax.set_ylim(0.0, 1.0)
-    grid(ax)
+    sheet.grid(ax)
     label_intensity(ax, curves, in_metres)
     ax.set_ylabel("probability of the category or worse")
-    legend_below(ax, [*handles, *_mark_ranges(ax, marks or {}, scale)], 1, 0.6, left=True)
-    set_title(ax, *_title(curves))
+    sheet.legend_below(ax, [*handles, *_mark_ranges(ax, marks or {}, scale)], 1, 0.6, left=True)
+    sheet.set_title(ax, *_title(curves))
     return ax
 
 
@@ -166,7 +146,7 @@ def _draw_shares(ax: Axes, curves: xr.Dataset, share: FloatArray, scale: float, 
 
 def _name(curves: xr.Dataset, number: int) -> str:
     if "category_name" in curves.variables:
-        return verbatim(str(curves["category_name"].values[number]).replace("_", " "))
+        return sheet.verbatim(str(curves["category_name"].values[number]).replace("_", " "))
     return flag_name(curves, int(curves["category"].values[number]))
 
 
@@ -179,7 +159,7 @@ def _parameters(curve: xr.Dataset, largest: float, scale: float, in_metres: bool
     unit = _OTHER_UNITS.get(str(curve["intensity"].attrs.get("units")))
 
     def shown(value: float) -> str:
-        return f"{value:.3g} {unit}" if unit else f"{plain_number(value)} mm" if in_metres else ratio(value)
+        return f"{value:.3g} {unit}" if unit else f"{sheet.plain_number(value)} mm" if in_metres else ratio(value)
 
     bound, median = median_lower_bound(curve) * scale, float(curve["median"]) * scale
     if np.isfinite(bound) or median > largest:
@@ -206,11 +186,17 @@ def _mark_limits(ax: Axes, span: float) -> None:
     low, high = ax.get_xlim()
     last = -np.inf
     for limit in sorted(construction_limits().values(), key=lambda limit: limit.value(span, span)):
-        at = span * limit.value(span, span) * MM
+        at = span * limit.value(span, span) * sheet.MM
         if low < at < high:
             ax.axvline(at, color="0.45", linewidth=0.8, linestyle=":", zorder=2)
         if low < at < high and at - last > 0.03 * (high - low):
-            words: dict[str, Any] = {"ha": "right", "va": "top", "rotation": 90, "fontsize": small(ax), "color": "0.35"}
+            words: dict[str, Any] = {
+                "ha": "right",
+                "va": "top",
+                "rotation": 90,
+                "fontsize": sheet.small(ax),
+                "color": "0.35",
+            }
             ax.text(at, 0.985, f"L/{limit.one_in[0]:.0f}", transform=ax.get_xaxis_transform(), **words)
             last = at
 
@@ -219,7 +205,7 @@ def _mark_site_classes(ax: Axes) -> None:
     """Mark the largest surface movement of each class of sites (AS 2870) on an axis of y_s in mm."""
     low, high = ax.get_xlim()
     for site in site_classes():
-        left, right = max(site.above * MM, low), min(site.up_to * MM, high)
+        left, right = max(site.above * sheet.MM, low), min(site.up_to * sheet.MM, high)
         if left >= right:
             continue
         if right < high:
@@ -231,7 +217,7 @@ def _mark_site_classes(ax: Axes) -> None:
             xycoords=("data", "axes fraction"),
             ha="center",
             va="top",
-            fontsize=small(ax),
+            fontsize=sheet.small(ax),
             color="0.35",
         )
 
@@ -246,7 +232,7 @@ def label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
         ax.set_xlabel(f"{name} ({unit})")
         return
     if in_metres:
-        label_movement(ax, name)
+        sheet.label_movement(ax, name)
         if name == OF_SITE:
             _mark_site_classes(ax)
         if curves.attrs.get("intensity_measure") == "central_deflection" and "span" in curves.attrs:
@@ -255,7 +241,7 @@ def label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
     ax.set_xlabel(name)
     largest = ax.get_xlim()[1]
     marks = [0.0]
-    for mark in 1.0 / round_numbers(6)[::-1]:
+    for mark in 1.0 / sheet.round_numbers(6)[::-1]:
         if mark <= largest * (1 + 1e-9) and mark - marks[-1] >= 0.1 * largest:
             marks.append(mark)
     ax.xaxis.set_major_locator(FixedLocator(marks))
@@ -263,7 +249,7 @@ def label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
 
 
 def _title(curves: xr.Dataset) -> tuple[str, str]:
-    title = title_of(curves, "fragility curves")
+    title = sheet.title_of(curves, "fragility curves")
     parts = []
     if "samples" in curves.attrs:
         failed = int(curves.attrs.get("samples_failed", 0))
@@ -283,23 +269,22 @@ def _title(curves: xr.Dataset) -> tuple[str, str]:
 
 def _draw_surface(surface: xr.Dataset, ax: Axes | None) -> Axes:
     """Draw a surface: movement across, second variable upwards, probability in colours."""
-    require(surface, _SURFACE, "a fragility surface as `damagepred.fit_surface` returns it")
-    ax = axes_or_new(ax, 8.5, 6.0)
+    sheet.require(surface, _SURFACE, "a fragility surface as `damagepred.fit_surface` returns it")
+    ax = sheet.axes_or_new(ax, 8.5, 6.0)
     in_metres = surface["intensity"].attrs.get("units") == "m"
-    scale = MM if in_metres else 1.0
+    scale = sheet.MM if in_metres else 1.0
     units = str(surface["second"].attrs.get("units", "1"))
     factor, unit = _SECOND.get(units, (1.0, units))
     x, y = scale * surface["intensity"].values, factor * surface["second"].values
-    category = (
-        f"category {int(surface.attrs['category'])} ({verbatim(str(surface.attrs['category_name']).replace('_', ' '))})"
-    )
+    name = sheet.verbatim(str(surface.attrs["category_name"]).replace("_", " "))
+    category = f"category {int(surface.attrs['category'])} ({name})"
     second = str(surface.attrs["second_variable"]).replace("_", " ").replace(".", ", ")
     if str(surface["fit_status"].item()) not in WITH_CURVE:
-        say_nothing_to_draw(ax, f"no surface: {surface['fit_status'].item()}")
+        sheet.say_nothing_to_draw(ax, f"no surface: {surface['fit_status'].item()}")
     else:
         filled = ax.contourf(x, y, surface["probability"].values, LEVELS, cmap="YlOrRd", zorder=1)
         ax.contour(x, y, surface["probability"].values, LINES, colors="black", linewidths=[0.8, 1.6, 0.8], zorder=3)
-        bar = figure_of(ax).colorbar(filled, ax=ax, ticks=LEVELS)
+        bar = sheet.figure_of(ax).colorbar(filled, ax=ax, ticks=LEVELS)
         bar.set_label("probability of the category or worse")
         handles = [
             Line2D([], [], color="black", linewidth=1.6, label="probability 0.5"),
@@ -316,11 +301,11 @@ def _draw_surface(surface: xr.Dataset, ax: Axes | None) -> Axes:
         ax.set_ylim(y[0], y[-1])
         label_intensity(ax, surface, in_metres)
         ax.set_ylabel(f"{second} ({unit})" if unit else second)
-        legend_below(ax, handles, 3, 0.6, left=True)
-    title = title_of(surface, "fragility surface")
+        sheet.legend_below(ax, handles, 3, 0.6, left=True)
+    title = sheet.title_of(surface, "fragility surface")
     failed = int(surface.attrs.get("samples_failed", 0))
     walls = f"{int(surface.attrs['samples'])} walls" + (f", {failed} of them failed" if failed else "")
-    set_title(ax, title[:1].upper() + title[1:], f"{category} or worse; {walls}{_explained(surface)}")
+    sheet.set_title(ax, title[:1].upper() + title[1:], f"{category} or worse; {walls}{_explained(surface)}")
     return ax
 
 

@@ -223,6 +223,36 @@ def footing_rise(ds: xr.Dataset, increment: int, footing: BoolArray) -> tuple[Fl
     return x, motion.at(block, np.column_stack((x, motion.y[block])))[:, 1]
 
 
+def open_stretches(x: FloatArray, opening: FloatArray, threshold: float) -> list[tuple[float, float]]:
+    """Start and end of each stretch along which an opening exceeds a threshold, linear between its points."""
+    above = opening > threshold
+    change = np.flatnonzero(np.diff(above.astype(np.int8)))
+    share = (threshold - opening[change]) / (opening[change + 1] - opening[change])
+    ends = list(x[change] + share * (x[change + 1] - x[change]))
+    if above[0]:
+        ends.insert(0, x[0])
+    if above[-1]:
+        ends.append(x[-1])
+    return [(float(a), float(b)) for a, b in zip(ends[::2], ends[1::2])]
+
+
+def opening_along(ds: xr.Dataset, kind: int = ContactKind.DPC) -> tuple[FloatArray, FloatArray, list[IntArray]]:
+    """Places along a bed (m), its opening there (increments, places) up to the joints' ends, points of each piece."""
+    joints = JointMap.from_dataset(ds)
+    number = np.flatnonzero(joints.kind == kind)
+    left, right = np.sort(np.column_stack((joints.start[number, 0], joints.end[number, 0])), axis=1).T
+    order = np.argsort(left)
+    number, left, right = number[order], left[order], right[order]
+    profile, shape = joints.profile(number), joints.contact_x.shape
+    opening = np.stack([profile.of(values.reshape(shape)) for values in ds["contact_opening"].values])
+    backwards = joints.start[number, 0] > joints.end[number, 0]
+    x = np.where(backwards, -1.0, 1.0)[:, None] * profile.way + joints.start[number, :1]
+    x[backwards], opening[:, backwards] = x[backwards, ::-1], opening[:, backwards, ::-1]
+    interrupted = np.flatnonzero(left[1:] > right[:-1] + 1e-9) + 1
+    pieces = np.split(np.arange(x.size), interrupted * x.shape[1])
+    return x.ravel(), opening.reshape(len(opening), -1), pieces
+
+
 def has_zones(ds: xr.Dataset) -> bool:
     """Whether zones are stored."""
     return "zone_state" in ds.variables

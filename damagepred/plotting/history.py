@@ -37,11 +37,6 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax : Axes, optional
         Axes to draw on; by default on a new figure.
 
-    Raises
-    ------
-    InputError
-        If the dataset is not of one wall.
-
     Examples
     --------
     >>> import damagepred, xarray

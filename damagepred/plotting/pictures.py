@@ -17,6 +17,7 @@ from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import ContactKind
 from damagepred.inputs.arguments import checked
+from damagepred.plotting import sheet
 from damagepred.plotting.analyses import (
     draw_back_analysis,
     draw_comparison,
@@ -25,16 +26,14 @@ from damagepred.plotting.analyses import (
     draw_scales,
     draw_sensitivity,
 )
-from damagepred.plotting.cracks import cracks_sheet
+from damagepred.plotting.cracks import draw_cracks
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.field import draw
-from damagepred.plotting.footing import draw_dpc_opening, draw_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.geometry import has_zones
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.house import draw_axonometric, draw_plan, draw_unfolded
 from damagepred.plotting.scene import draw_scene
-from damagepred.plotting.sheet import DPI, figure_of, new_figure, require, set_title, spread_evenly, title_of
 from damagepred.plotting.stress import stress_levels
 from damagepred.plotting.study import draw_category_shares
 from damagepred.plotting.wall import draw_wall
@@ -54,9 +53,9 @@ GOODNESS = 100
 def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     """Draw one wall, or a house: ``plan.png``, ``unfolded.png`` and ``house.png``.
 
-    ``wall.png``, ``dpc_opening.png``, ``opening_width.png`` if it has openings, ``history.png``, and ``cracks.png`` and
-    ``stress_xx.png`` for a static path; of a footing that finds its own form ``footing.png``, and on jacks
-    ``jack_load.png``; of a laboratory test ``load.png``; of deformable blocks also ``stress_yy.png``,
+    ``wall.png``, ``dpc_opening.png`` if it has a dpc, ``opening_width.png`` if it has openings, ``history.png``, and
+    ``cracks.png`` and ``stress_xx.png`` for a static path; of a footing that finds its own form ``footing.png``, and on
+    jacks ``jack_load.png``; of a laboratory test ``load.png``; of deformable blocks also ``stress_yy.png``,
     ``stress_xy.png``, ``principal_stress.png`` and, if any zone has yielded, ``zone_states.png``.
 
     Parameters
@@ -65,18 +64,6 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
         Result of one wall (``damagepred.solve``).
     folder : str or Path
         Folder to write to; made if it does not exist.
-
-    Returns
-    -------
-    list of Path
-        Files written.
-
-    Raises
-    ------
-    StudyError
-        If the folder cannot be written.
-    InputError
-        If the dataset is not of one wall.
 
     Examples
     --------
@@ -88,41 +75,46 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     check_output(folder)
     if is_house(ds):
         drawings = {"plan": draw_plan(house_of(ds), ds), "unfolded": draw_unfolded(ds), "house": draw_axonometric(ds)}
-        return _save_all({f"{name}.png": figure_of(ax) for name, ax in drawings.items()}, folder)
-    sheets = {"wall.png": figure_of(draw_wall(ds)), "dpc_opening.png": figure_of(draw_dpc_opening(ds))}
-    if "footing" in shown_gaps(ds):
-        sheets["footing_opening.png"] = figure_of(draw_dpc_opening(ds, bed="footing"))
+        return _save_all({f"{name}.png": sheet.figure_of(ax) for name, ax in drawings.items()}, folder)
+    sheets = {"wall.png": sheet.figure_of(draw_wall(ds))}
+    for bed in shown_gaps(ds):
+        sheets[f"{bed}_opening.png"] = sheet.figure_of(draw(ds, f"{bed}_opening"))
     if ds.sizes.get("opening", 0):
-        sheets["opening_width.png"] = figure_of(draw(ds, "opening_width_change"))
+        sheets["opening_width.png"] = sheet.figure_of(draw(ds, "opening_width_change"))
     if not is_dynamic(ds):
-        sheets["cracks.png"] = cracks_sheet(ds)
-    sheets["history.png"] = figure_of(draw_history(ds))
+        sheets["cracks.png"] = sheet.figure_of(draw_cracks(ds))
+    sheets["history.png"] = sheet.figure_of(draw_history(ds))
     if "crack_width_worst" in ds.variables:
         with_dpc = (ds["contact_kind"].values == ContactKind.DPC).any()
-        sheets["hysteresis.png"] = figure_of(draw(ds, "dpc_opening_max" if with_dpc else "crack_width_max"))
+        sheets["hysteresis.png"] = sheet.figure_of(draw(ds, "dpc_opening_max" if with_dpc else "crack_width_max"))
     if "load_force" in ds.variables:
         gauge = "gauge_opening" if "gauge_opening" in ds.variables else "load_displacement"
-        sheets["load.png"] = figure_of(draw(ds, "load_force", against=gauge))
+        sheets["load.png"] = sheet.figure_of(draw(ds, "load_force", against=gauge))
     if "section_moment" in ds.variables:
-        sheets["footing.png"] = figure_of(draw_footing(ds)[0])
+        axes = sheet.several_or_new(None, 3, 1, 9.0, 11.0)
+        for ax, name in zip(axes, ("footing_rise", "section_moment", "section_curvature")):
+            draw(ds, name, ax)
+        sheets["footing.png"] = sheet.figure_of(axes[0])
     if "jack_load" in ds.variables:
         ax = draw(ds, "support_load", draw(ds, "jack_load", label="each jack"))
         ax.set_ylabel("load, upwards positive (kN)")
-        set_title(ax, title_of(ds, "wall"), "circle: jacks or a support carry no load any more" * ("limit" in ds.attrs))
-        sheets["jack_load.png"] = figure_of(ax)
+        sheet.set_title(
+            ax, sheet.title_of(ds, "wall"), "circle: jacks or a support carry no load any more" * ("limit" in ds.attrs)
+        )
+        sheets["jack_load.png"] = sheet.figure_of(ax)
     return _save_all(sheets | stress_sheets(ds), folder)
 
 
 def stress_sheets(ds: xr.Dataset) -> dict[str, Figure]:
     """Stresses half-way and at the end; of rigid blocks, which have one mean each, along the wall at the end."""
     if not has_zones(ds):
-        return {} if is_dynamic(ds) else {"stress_xx.png": figure_of(draw(ds, "stress_xx"))}
+        return {} if is_dynamic(ds) else {"stress_xx.png": sheet.figure_of(draw(ds, "stress_xx"))}
     last = ds.sizes["increment"] - 1
     both = sorted({half_way(ds), last})
     sheets = {f"{name}.png": stress_sheet(ds, [(name, i) for i in both]) for name in _COMPONENTS}
     sheets["principal_stress.png"] = stress_sheet(ds, [("stress_largest", last), ("stress_smallest", last)])
     if ds["zone_state"].values.any():
-        sheets["zone_states.png"] = figure_of(draw(ds, "zone_state"))
+        sheets["zone_states.png"] = sheet.figure_of(draw(ds, "zone_state"))
     return sheets
 
 
@@ -138,7 +130,7 @@ def half_way(ds: xr.Dataset) -> int:
 def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]], levels: FloatArray | None = None) -> Figure:
     """Stresses at positions of increments one below the other, each with the same colours at all of them."""
     walls = [Deformed.of(ds, increment, None) for _, increment in panels]
-    figure = new_figure(10.0, sum(wall.sheet_height(2.2) for wall in walls))
+    figure = sheet.new_figure(10.0, sum(wall.sheet_height(2.2) for wall in walls))
     figure.set_layout_engine("constrained", w_pad=0.12)  # drawings to scale are shifted in their places
     for ax, (name, increment) in zip(np.atleast_1d(figure.subplots(len(panels), 1)), panels):
         alike = stress_levels(ds, name, [i for n, i in panels if n == name]) if levels is None else levels
@@ -150,7 +142,7 @@ def save_scene_picture(scene: Scene, path: Path) -> Path:
     """Drawing of a scene in a file, or as ``scene.png`` in a folder."""
     file = path if path.suffix.lower() in PICTURES and not path.is_dir() else path / "scene.png"
     ax = draw_plan(scene) if isinstance(scene, House) else draw_scene(scene)
-    return _save_all({file.name: figure_of(ax)}, file.parent)[0]
+    return _save_all({file.name: sheet.figure_of(ax)}, file.parent)[0]
 
 
 @checked
@@ -164,18 +156,6 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     folder : str or Path
         Folder to write to; made if it does not exist.
 
-    Returns
-    -------
-    list of Path
-        Files written.
-
-    Raises
-    ------
-    StudyError
-        If the folder cannot be written.
-    InputError
-        If the dataset is not a study, or no wall of it has been solved.
-
     Examples
     --------
     >>> import damagepred
@@ -184,11 +164,11 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     ['fragility.png', 'crack_widths.png', 'category_shares.png']
     """
     check_output(folder)
-    require(ds, ("damage_category", "status"), "a study as `damagepred.open_study` returns it")
-    sheets = {"fragility.png": figure_of(draw_fragility(fit_fragility(ds, goodness=GOODNESS)))}
+    sheet.require(ds, ("damage_category", "status"), "a study as `damagepred.open_study` returns it")
+    sheets = {"fragility.png": sheet.figure_of(draw_fragility(fit_fragility(ds, goodness=GOODNESS)))}
     if ds["damage_category"].ndim == 2:
-        sheets["crack_widths.png"] = figure_of(draw(ds, "crack_width_max"))
-        sheets["category_shares.png"] = figure_of(draw_category_shares(ds))
+        sheets["crack_widths.png"] = sheet.figure_of(draw(ds, "crack_width_max"))
+        sheets["category_shares.png"] = sheet.figure_of(draw_category_shares(ds))
     return _save_all(sheets, folder)
 
 
@@ -203,18 +183,6 @@ def save_animation(ds: xr.Dataset, path: str | Path) -> Path:
     path : str or Path
         File ending in .gif.
 
-    Returns
-    -------
-    Path
-        File written.
-
-    Raises
-    ------
-    StudyError
-        If the file cannot be written.
-    InputError
-        If the name has another ending, or the dataset is not of one wall.
-
     Examples
     --------
     >>> import damagepred, xarray
@@ -226,12 +194,12 @@ def save_animation(ds: xr.Dataset, path: str | Path) -> Path:
     check_output(file := Path(path), ".gif", new_folder=True)
     draw_state = draw_axonometric if is_house(ds) else draw_wall
     end = draw_state(ds)
-    figure, factor = figure_of(end), Deformed.of(unfolded(ds) if is_house(ds) else ds, -1, None).factor
+    figure, factor = sheet.figure_of(end), Deformed.of(unfolded(ds) if is_house(ds) else ds, -1, None).factor
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     box, place, limits = figure.get_tightbbox().padded(0.1), end.get_position(), (*end.get_xlim(), *end.get_ylim())
     frames = []
-    for step in spread_evenly(ds.sizes["increment"], MOST_FRAMES):
+    for step in sheet.spread_evenly(ds.sizes["increment"], MOST_FRAMES):
         figure.clear()
         ax = draw_state(ds, figure.add_subplot(), increment=int(step), exaggeration=factor)
         ax.set_position(place)
@@ -257,18 +225,6 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     path : str or Path
         File ending in .png, .pdf or .svg; its folder is made if it does not exist.
 
-    Returns
-    -------
-    Path
-        File written.
-
-    Raises
-    ------
-    StudyError
-        If the folder cannot be written.
-    InputError
-        If the name has another ending, or the dataset holds no curves.
-
     Examples
     --------
     >>> import damagepred
@@ -280,7 +236,7 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     check_output(file, *PICTURES, new_folder=True)
     draw_result = next((draw for name, draw in _DRAWINGS.items() if name in curves), draw_fragility)
     drawing = draw_result(curves)
-    figure = figure_of(drawing[0] if isinstance(drawing, list) else drawing)
+    figure = sheet.figure_of(drawing[0] if isinstance(drawing, list) else drawing)
     return _save_all({file.name: figure}, file.parent)[0]
 
 
@@ -300,6 +256,6 @@ def _save_all(sheets: dict[str, Figure], folder: str | Path) -> list[Path]:
     files[0].parent.mkdir(parents=True, exist_ok=True)
     for file, figure in zip(files, sheets.values()):
         # drawings to scale may reach beyond a sheet of another shape: save all of them
-        how = {"dpi": DPI, "format": file.suffix.lstrip(".").lower(), "bbox_inches": "tight", "pad_inches": 0.1}
+        how = {"dpi": sheet.DPI, "format": file.suffix.lstrip(".").lower(), "bbox_inches": "tight", "pad_inches": 0.1}
         write_whole(file, lambda place, f=figure, h=how: f.savefig(place, **h))  # type: ignore[misc]
     return files

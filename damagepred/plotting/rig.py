@@ -10,14 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 
 from damagepred.arrays import FloatArray
-from damagepred.plotting.colours import (
-    BRICK_COLOURS,
-    BRICK_EDGE,
-    FOOTING_COLOUR,
-    FOOTING_EDGE,
-    RIG_COLOUR,
-    SOIL_COLOUR,
-)
+from damagepred.plotting import colours
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import footing_rise, soil_surface
 from damagepred.plotting.sheet import KN, plain_number, small
@@ -30,30 +23,34 @@ TRIANGLE, ARROW = 0.018, 0.06
 
 def draw_bricks(ax: Axes, shapes: Sequence[FloatArray]) -> None:
     """Draw pale bricks (corners in m) as a ground for cracks."""
-    style: dict[str, Any] = {"facecolors": BRICK_COLOURS[3], "edgecolors": BRICK_EDGE, "linewidths": 0.25}
+    style: dict[str, Any] = {
+        "facecolors": colours.BRICK_COLOURS[3],
+        "edgecolors": colours.BRICK_EDGE,
+        "linewidths": 0.25,
+    }
     ax.add_collection(PolyCollection(list(shapes), zorder=1, label="bricks", **style))
 
 
 def draw_footing_blocks(ax: Axes, wall: Deformed) -> None:
     """Draw the blocks of a footing, deformable ones zone by zone."""
-    style: dict[str, Any] = {"facecolors": FOOTING_COLOUR, "zorder": 2, "snap": False, "label": "footing"}
+    style: dict[str, Any] = {"facecolors": colours.FOOTING_COLOUR, "zorder": 2, "snap": False, "label": "footing"}
     rigid = [wall.outlines[i] for i in np.flatnonzero(wall.footing & wall.rigid)]
     if rigid:
-        ax.add_collection(PolyCollection(rigid, edgecolors=FOOTING_EDGE, linewidths=0.35, **style))
+        ax.add_collection(PolyCollection(rigid, edgecolors=colours.FOOTING_EDGE, linewidths=0.35, **style))
     if (wall.footing & ~wall.rigid).any():
         zones, places = wall.zones, wall.gridpoints
         beam = places[zones.corners[wall.footing[zones.block]]]
-        ax.add_collection(PolyCollection(list(beam), edgecolors=FOOTING_COLOUR, linewidths=0.3, **style))
+        ax.add_collection(PolyCollection(list(beam), edgecolors=colours.FOOTING_COLOUR, linewidths=0.3, **style))
         rims = zones.rims()
         rims = rims[wall.footing[wall.ds["gridpoint_block"].values[rims[:, 0]]]]
-        ax.add_collection(LineCollection(list(places[rims]), colors=FOOTING_EDGE, linewidths=0.5, zorder=2))
+        ax.add_collection(LineCollection(list(places[rims]), colors=colours.FOOTING_EDGE, linewidths=0.5, zorder=2))
 
 
 def draw_soil(ax: Axes, wall: Deformed) -> None:
     """Draw the surface of the ground, pressed down where the footing rests on it."""
     x, height, rise = soil_surface(wall.ds, wall.increment, wall.footing)
     if len(x):
-        style: dict[str, Any] = {"color": SOIL_COLOUR, "linewidth": 1.4, "zorder": 3.5}
+        style: dict[str, Any] = {"color": colours.SOIL_COLOUR, "linewidth": 1.4, "zorder": 3.5}
         ax.plot(x, height + wall.factor * (rise - (wall.datum or 0.0)), label="surface of the ground", **style)
 
 
@@ -86,10 +83,10 @@ def draw_rig(ax: Axes, wall: Deformed) -> None:
 def draw_support(ax: Axes, x: float, y: float, size: float, half: float = 0.0) -> None:
     """Draw a support with its top at (x, y), ``half`` of its width to each side (m)."""
     across, upwards = [x - half, x + half, x + 0.6 * size, x - 0.6 * size], [y, y, y - size, y - size]
-    ax.fill(across, upwards, facecolor="white", edgecolor=RIG_COLOUR, linewidth=1.0, zorder=4, label="support")
+    ax.fill(across, upwards, facecolor="white", edgecolor=colours.RIG_COLOUR, linewidth=1.0, zorder=4, label="support")
 
 
-def draw_arrow(ax: Axes, tip: tuple[float, float], tail: tuple[float, float], colour: str = RIG_COLOUR) -> None:
+def draw_arrow(ax: Axes, tip: tuple[float, float], tail: tuple[float, float], colour: str = colours.RIG_COLOUR) -> None:
     """Draw an arrow between two points (m)."""
     style = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
     ax.annotate("", tip, tail, zorder=4, arrowprops=style)
@@ -101,7 +98,7 @@ def draw_test(ax: Axes, scene: Scene, force: float | None) -> None:
     for support in scene.support:
         draw_support(ax, support.x, 0.0, size, support.width / 2.0)
     if not scene.support:
-        ax.plot([0.0, length], [0.0, 0.0], color=RIG_COLOUR, linewidth=1.4, zorder=1)
+        ax.plot([0.0, length], [0.0, 0.0], color=colours.RIG_COLOUR, linewidth=1.4, zorder=1)
     strips = [load for load in scene.load if not load.sized]
     shares = sum(load.share for load in strips)
     for load in strips:

@@ -13,27 +13,9 @@ from matplotlib.patches import Patch
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.bond import Brick, exposed_top, lay_bricks, parted
 from damagepred.inputs.arguments import checked
-from damagepred.plotting.colours import (
-    BRICK_COLOURS,
-    BRICK_EDGE,
-    CONTROL_JOINT_COLOUR,
-    DPC_COLOUR,
-    FOOTING_COLOUR,
-    FOOTING_EDGE,
-    SOIL_COLOUR,
-)
+from damagepred.plotting import colours, sheet
 from damagepred.plotting.geometry import round_exaggeration
 from damagepred.plotting.rig import ARROW, TRIANGLE, draw_arrow, draw_load, draw_support, draw_test
-from damagepred.plotting.sheet import (
-    axes_or_new,
-    elevation,
-    height_to_scale,
-    legend_below,
-    plain_number,
-    set_title,
-    small,
-    verbatim,
-)
 from damagepred.scene import Load, Scene
 from damagepred.scene.house import require_one_wall
 from damagepred.scene.loading import force_of, strip_of
@@ -61,11 +43,6 @@ def draw_scene(scene: Scene, ax: Axes | None = None) -> Axes:
         joints``; lines ``ground before`` and ``ground after``, exaggerated by the factor in the title, and of a history
         ``ground after, other way``.
 
-    Raises
-    ------
-    InputError
-        If the bricks cannot be laid.
-
     Examples
     --------
     >>> import damagepred
@@ -77,11 +54,11 @@ def draw_scene(scene: Scene, ax: Axes | None = None) -> Axes:
     bricks, length = lay_bricks(scene), scene.wall.length
     low = 0.0 if scene.footing_model == "none" else -scene.footing.depth
     reach = np.array([[0.0, low - 0.1 * length], [length, scene.wall.height + 0.08 * length]])
-    ax = axes_or_new(ax, 10.0, height_to_scale(reach, 1.8))
+    ax = sheet.axes_or_new(ax, 10.0, sheet.height_to_scale(reach, 1.8))
     _draw_wall(ax, scene, bricks)
     if low:
         footing = [rectangle(0.0, low, length, 0.0)]
-        style: dict[str, Any] = {"facecolors": FOOTING_COLOUR, "edgecolors": FOOTING_EDGE}
+        style: dict[str, Any] = {"facecolors": colours.FOOTING_COLOUR, "edgecolors": colours.FOOTING_EDGE}
         ax.add_collection(PolyCollection(footing, label="footing", **style))
     _draw_loads(ax, scene, bricks)
     factor = 0.0
@@ -91,13 +68,15 @@ def draw_scene(scene: Scene, ax: Axes | None = None) -> Axes:
         draw_test(ax, scene, scene.loading.target if scene.loading.control == "force" else None)
     else:
         factor = _draw_ground(ax, scene, low)
-    elevation(ax)
+    sheet.elevation(ax)
     ax.margins(0.03)
     ax.autoscale_view()
     entries = [artist for artist in (*ax.collections, *ax.lines) if artist.get_label() not in ("bricks", "soil")]
-    legend_below(ax, [_entry(artist) for artist in entries if str(artist.get_label())[0] != "_"], 6, 0.5, left=True)
-    scale = f"movement of the ground exaggerated {plain_number(factor)} times" if factor > 1.0 else ""
-    set_title(ax, verbatim(scene.title), what_moves(scene), scale)
+    sheet.legend_below(
+        ax, [_entry(artist) for artist in entries if str(artist.get_label())[0] != "_"], 6, 0.5, left=True
+    )
+    scale = f"movement of the ground exaggerated {sheet.plain_number(factor)} times" if factor > 1.0 else ""
+    sheet.set_title(ax, sheet.verbatim(scene.title), what_moves(scene), scale)
     return ax
 
 
@@ -115,7 +94,7 @@ def _entry(artist: Any) -> Patch | Line2D:
 
 def _draw_wall(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
     """Draw bricks, lintels, dpc and control joints."""
-    holes, style = scene.opening, dict[str, Any](edgecolors=BRICK_EDGE, linewidths=0.35, zorder=2)
+    holes, style = scene.opening, dict[str, Any](edgecolors=colours.BRICK_EDGE, linewidths=0.35, zorder=2)
     lintels = {
         b
         for b in bricks
@@ -123,7 +102,7 @@ def _draw_wall(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
         if b.left - 1e-9 < h.x < h.right < b.right + 1e-9 and 0 <= b.bottom - h.top < 1e-3
     }
     for label, shown, colour in (
-        ("bricks", [b for b in bricks if b not in lintels], BRICK_COLOURS[1]),
+        ("bricks", [b for b in bricks if b not in lintels], colours.BRICK_COLOURS[1]),
         ("lintels", lintels, LINTEL_COLOUR),
     ):
         if shown:
@@ -133,7 +112,10 @@ def _draw_wall(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
     beds = [[(b.left, b.bottom), (b.right, b.bottom)] for b in bricks if b.course == course]
     pairs = [(bricks[a], bricks[b]) for a, b, _ in parted(scene, bricks)]
     gaps = [[(a.right, max(a.bottom, b.bottom)), (a.right, min(a.top, b.top))] for a, b in pairs]
-    for label, lines, colour in (("dpc", beds, DPC_COLOUR), ("control joints", gaps, CONTROL_JOINT_COLOUR)):
+    for label, lines, colour in (
+        ("dpc", beds, colours.DPC_COLOUR),
+        ("control joints", gaps, colours.CONTROL_JOINT_COLOUR),
+    ):
         if lines:
             ax.add_collection(LineCollection(lines, colors=colour, linewidths=1.8, zorder=3, label=label))
 
@@ -152,7 +134,9 @@ def _draw_loads(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
         level = height if load.y is None else load.y
         raised = 0.065 * length * rows.get(level, 0) if load.side == "top" else 0.0
         rows[level] = rows.get(level, 0) + (load.side == "top")
-        words = f"{name} {plain_number(force_of(load, scene.wall) / 1e3)} kN" + (" in all" if name == "roof" else "")
+        words = f"{name} {sheet.plain_number(force_of(load, scene.wall) / 1e3)} kN" + (
+            " in all" if name == "roof" else ""
+        )
         draw_load(ax, scene, load, words + (", live" if load.kind == "live" else ""), places, 0.03 * length, raised)
 
 
@@ -164,8 +148,8 @@ def _draw_jacks(ax: Axes, scene: Scene, low: float) -> None:
     for x in rig.jack_places(length):
         ends = (x, low), (x, low - ARROW * length)
         draw_arrow(ax, *(ends if scene.movement.sign > 0 else ends[::-1]))
-        words = "jack" if rig.jack_load is None else f"{plain_number(rig.jack_load / 1e3)} kN"
-        ax.text(x, low - ARROW * length - 0.3 * size, words, ha="center", va="top", fontsize=small(ax))
+        words = "jack" if rig.jack_load is None else f"{sheet.plain_number(rig.jack_load / 1e3)} kN"
+        ax.text(x, low - ARROW * length - 0.3 * size, words, ha="center", va="top", fontsize=sheet.small(ax))
     ax.update_datalim([(0.0, low - (ARROW + 2.2 * TRIANGLE) * length)])
 
 
@@ -180,8 +164,10 @@ def _draw_ground(ax: Axes, scene: Scene, low: float) -> float:
     if not moving:
         return 0.0
     factor = round_exaggeration(np.column_stack((0.0 * x, moving[0])), length)
-    ax.fill_between(x, low, low + factor * moving[0], facecolor=SOIL_COLOUR, alpha=0.35, zorder=3.4, label="soil")
-    for rise, colour, other in zip(moving, (SOIL_COLOUR, OTHER_WAY_COLOUR), ("", ", other way")):
+    ax.fill_between(
+        x, low, low + factor * moving[0], facecolor=colours.SOIL_COLOUR, alpha=0.35, zorder=3.4, label="soil"
+    )
+    for rise, colour, other in zip(moving, (colours.SOIL_COLOUR, OTHER_WAY_COLOUR), ("", ", other way")):
         style: dict[str, Any] = {"color": colour, "linewidth": 1.8, "linestyle": "--" if other else "-"}
         ax.plot(x, low + factor * rise, zorder=4.2, label=f"ground after{other}", **style)
         for i in turning_points(rise):
@@ -191,6 +177,6 @@ def _draw_ground(ax: Axes, scene: Scene, low: float) -> float:
             aside = "left" if x[i] < 0.04 * length else "right" if x[i] > 0.96 * length else "center"
             place: dict[str, Any] = {"ha": aside, "va": "bottom" if away > 0 else "top", "zorder": 5}
             box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
-            ax.text(x[i], y + away, words, color=colour, fontsize=small(ax), fontweight="bold", bbox=box, **place)
+            ax.text(x[i], y + away, words, color=colour, fontsize=sheet.small(ax), fontweight="bold", bbox=box, **place)
         ax.update_datalim([(0.0, low + factor * float(rise.min()) - 0.06 * length)])
     return factor

@@ -15,19 +15,9 @@ from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
+from damagepred.plotting import sheet
 from damagepred.plotting.categories import highest_of, name_of, not_reached, shade_bands, table_of, width_scale
 from damagepred.plotting.colours import CATEGORY_COLOURS, FOOTING_GAP_COLOUR
-from damagepred.plotting.sheet import (
-    MM,
-    axes_or_new,
-    grid,
-    label_movement,
-    legend_below,
-    require,
-    set_title,
-    shown_unit,
-    title_of,
-)
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.intensity import movement_measure, movement_words
 
@@ -103,12 +93,12 @@ def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
     Walls whose path ended early, in collapse or in the last category of interest, count as the largest of a width from
     there on; walls that were not followed as far for another reason do not count there.
     """
-    require(ds, (*_NEEDED, variable), _STUDY)
+    sheet.require(ds, (*_NEEDED, variable), _STUDY)
     paths = common_paths(ds, width_name=variable)
-    ax = axes_or_new(ax, 9.0, 5.5)
+    ax = sheet.axes_or_new(ax, 9.0, 5.5)
     table, of_cracks = table_of(ds), variable.startswith("crack_")
-    factor, unit = shown_unit(str(ds[variable].attrs.get("units", "m" if of_cracks else "1")))
-    x, values = paths.movement * MM, paths.width * factor
+    factor, unit = sheet.shown_unit(str(ds[variable].attrs.get("units", "m" if of_cracks else "1")))
+    x, values = paths.movement * sheet.MM, paths.width * factor
     shown = np.where(np.isfinite(values), values, np.nan)
     if not variable.endswith(("_max", "_worst", "_width")):  # a number that may fall is unknown beyond the path's end
         values = shown
@@ -127,12 +117,12 @@ def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
         ("footing_opening_max", FOOTING_GAP_COLOUR, "median, gap on the footing"),
     ):
         if variable == "crack_width_max" and name in ds.variables and float(ds[name].max()) > HAIRLINE:
-            other = common_paths(ds, width_name=name).width * MM
+            other = common_paths(ds, width_name=name).width * sheet.MM
             handles += ax.plot(
                 x, quantile(other, 0.5, weight), color=colour, linewidth=1.4, linestyle="-.", zorder=4, label=label
             )
     ax.set_xlim(0.0, float(x[-1]) or 1.0)
-    label_movement(ax, movement_words(ds))
+    sheet.label_movement(ax, movement_words(ds))
     categories = ""
     if of_cracks and unit == " (mm)":
         name = "widest crack" if variable == "crack_width_max" else variable.replace("_", " ")
@@ -142,9 +132,9 @@ def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
     else:
         ax.autoscale_view(scalex=False)
         ax.set_ylabel(f"{variable.replace('_', ' ')}{unit}")
-        grid(ax)
-    legend_below(ax, handles)
-    set_title(ax, title_of(ds, "study"), f"{count_walls(ds)}{categories}")
+        sheet.grid(ax)
+    sheet.legend_below(ax, handles)
+    sheet.set_title(ax, sheet.title_of(ds, "study"), f"{count_walls(ds)}{categories}")
     return ax
 
 
@@ -182,11 +172,6 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax : Axes, optional
         Axes to draw on; by default on a new figure.
 
-    Raises
-    ------
-    InputError
-        If the dataset is not a study, or no wall of it has been solved.
-
     Examples
     --------
     >>> import damagepred
@@ -194,10 +179,10 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     >>> ax.get_xlabel()
     'central deflection (mm)'
     """
-    require(ds, (*_NEEDED, "crack_width_max"), _STUDY)
+    sheet.require(ds, (*_NEEDED, "crack_width_max"), _STUDY)
     paths = common_paths(ds)
-    ax = axes_or_new(ax, 9.0, 5.5)
-    x, highest = paths.movement * MM, highest_of(ds)
+    ax = sheet.axes_or_new(ax, 9.0, 5.5)
+    x, highest = paths.movement * sheet.MM, highest_of(ds)
     weight = sample_weights(ds)
     kinds = [*range(highest + 1), NOT_KNOWN]
     shares = np.array([(weight[:, None] * (paths.category == c)).sum(axis=0) for c in kinds]) / weight.sum()
@@ -220,12 +205,12 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         )
     ax.set_xlim(float(x[0]), float(x[-1]) or 1.0)
     ax.set_ylim(0.0, 1.0)
-    label_movement(ax, movement_words(ds))
+    sheet.label_movement(ax, movement_words(ds))
     ax.set_ylabel("share of the walls")
-    legend_below(ax, ax.get_legend_handles_labels()[0])
-    set_title(
+    sheet.legend_below(ax, ax.get_legend_handles_labels()[0])
+    sheet.set_title(
         ax,
-        title_of(ds, "study"),
+        sheet.title_of(ds, "study"),
         f"{count_walls(ds)}; highest category reached up to each movement{not_reached(ds, int(paths.category.max()))}",
     )
     return ax

@@ -17,34 +17,11 @@ from damagepred.damage import DamageTable
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import ContactKind, PathStatus
 from damagepred.inputs.arguments import checked
+from damagepred.plotting import colours, sheet
 from damagepred.plotting.categories import name_of, table_of
-from damagepred.plotting.colours import (
-    BRICK_COLOURS,
-    BRICK_EDGE,
-    CATEGORY_COLOURS,
-    CONTROL_JOINT_COLOUR,
-    DPC_COLOUR,
-    FOOTING_COLOUR,
-    SLIP_COLOUR,
-    SOIL_COLOUR,
-    width_colours,
-)
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, ground_profile, settlement
 from damagepred.plotting.rig import draw_footing_blocks, draw_rig, draw_soil, draw_test
-from damagepred.plotting.sheet import (
-    BELOW_BAR,
-    MM,
-    axes_or_new,
-    bar_below,
-    elevation,
-    legend_below,
-    moved_to,
-    plain_number,
-    require,
-    set_title,
-    small,
-)
 from damagepred.scene.scene import archived_scene
 
 DATUM = (0, (6, 4))
@@ -77,11 +54,6 @@ def draw_wall(
         Axes with collections labelled ``bricks`` and ``cracks``, and where present ``dpc opening``, ``control joints``
         and ``slips``.
 
-    Raises
-    ------
-    InputError
-        If the dataset is not of one wall, or has no such increment.
-
     Examples
     --------
     >>> import damagepred, xarray
@@ -89,9 +61,9 @@ def draw_wall(
     >>> ax.get_xlabel(), ax.get_ylabel()
     ('along the wall (m)', 'height (m)')
     """
-    require(ds, ("damage_category",), "the result of one wall with all its fields (`damagepred solve`)")
+    sheet.require(ds, ("damage_category",), "the result of one wall with all its fields (`damagepred solve`)")
     wall = Deformed.of(ds, increment, exaggeration)
-    ax = axes_or_new(ax, 10.0, wall.sheet_height(2.9))
+    ax = sheet.axes_or_new(ax, 10.0, wall.sheet_height(2.9))
     if wall.footing.any():
         draw_footing_blocks(ax, wall)
         _draw_datum(ax, *ground_profile(ds, increment)[:2])
@@ -111,7 +83,7 @@ def draw_wall(
         PolyCollection(
             [wall.outlines[i] for i in bricks],
             facecolors=[tones[i] for i in bricks],
-            edgecolors=BRICK_EDGE,
+            edgecolors=colours.BRICK_EDGE,
             linewidths=0.35,
             zorder=2,
             label="bricks",
@@ -124,7 +96,7 @@ def draw_wall(
         ax.add_collection(hidden)
     faces = wall.faces
     cracks = faces.pick(faces.is_mortar & (faces.crack > HAIRLINE))
-    _draw_cracks(ax, wall.gaps(cracks), cracks.crack * MM, table_of(ds))
+    _draw_cracks(ax, wall.gaps(cracks), cracks.crack * sheet.MM, table_of(ds))
     if wall.footing.any():
         _draw_lifted(ax, wall.gaps(faces.pick(faces.is_footing & (faces.opening > HAIRLINE))))
     dpc = faces.pick(faces.is_dpc)
@@ -138,29 +110,29 @@ def draw_wall(
 
 def _tones(count: int) -> list[str]:
     # a fixed seed: the same wall always looks the same
-    return [BRICK_COLOURS[i] for i in np.random.default_rng(1).integers(len(BRICK_COLOURS), size=count)]
+    return [colours.BRICK_COLOURS[i] for i in np.random.default_rng(1).integers(len(colours.BRICK_COLOURS), size=count)]
 
 
 def _draw_cracks(ax: Axes, gaps: FloatArray, width: FloatArray, table: DamageTable) -> None:
     """Draw cracks (m, 4, 2) coloured by width (mm), the widest on top, and the colour bar."""
-    colours, norm = width_colours(table)
+    palette, norm = colours.width_colours(table)
     order = np.argsort(width)
     lines = 1.0 + 0.35 * np.asarray(norm(width[order]), dtype=np.float64)
-    _draw_gaps(ax, gaps[order], colours(norm(width[order])), lines, "cracks", 4)
-    limits = [limit * MM for limit in table.limits]
+    _draw_gaps(ax, gaps[order], palette(norm(width[order])), lines, "cracks", 4)
+    limits = [limit * sheet.MM for limit in table.limits]
     numbered = ", category in the bar" if table.category_names else ""
-    bar = bar_below(ax, ScalarMappable(norm, colours), f"crack width (mm){numbered}")
+    bar = sheet.bar_below(ax, ScalarMappable(norm, palette), f"crack width (mm){numbered}")
     bar.ax.tick_params(which="both", length=0)
-    bar.set_ticks(limits, labels=[plain_number(limit) for limit in limits])
-    for category in range(colours.N if numbered else 0):
+    bar.set_ticks(limits, labels=[sheet.plain_number(limit) for limit in limits])
+    for category in range(palette.N if numbered else 0):
         bar.ax.text(
-            (category + 0.5) / colours.N,
+            (category + 0.5) / palette.N,
             0.45,
             str(category),
             transform=bar.ax.transAxes,
             ha="center",
             va="center",
-            fontsize=small(ax),
+            fontsize=sheet.small(ax),
             color="white" if category > 2 else "black",
         )
 
@@ -169,11 +141,11 @@ def _draw_dpc(ax: Axes, dpc: Faces, gaps: FloatArray) -> None:
     if not len(dpc.kind):
         return
     middle = (gaps[:, :2] + gaps[:, [3, 2]]) / 2
-    ax.add_collection(LineCollection(list(middle), colors=DPC_COLOUR, linewidths=0.7, zorder=3, label="dpc"))
+    ax.add_collection(LineCollection(list(middle), colors=colours.DPC_COLOUR, linewidths=0.7, zorder=3, label="dpc"))
     is_open = dpc.opening > HAIRLINE
     if is_open.any():
         count = int(is_open.sum())
-        colour = np.repeat(to_rgba_array(DPC_COLOUR), count, axis=0)
+        colour = np.repeat(to_rgba_array(colours.DPC_COLOUR), count, axis=0)
         _draw_gaps(ax, gaps[is_open], colour, np.full(count, 0.9), "dpc opening", 3)
 
 
@@ -183,7 +155,7 @@ def _draw_control_joints(ax: Axes, gaps: FloatArray) -> None:
         ax.add_collection(PolyCollection(list(gaps), facecolors="white", edgecolors="none", zorder=2.5))
         faces = np.concatenate((gaps[:, :2], gaps[:, 2:]))
         lines = LineCollection(
-            list(faces), colors=CONTROL_JOINT_COLOUR, linewidths=1.3, zorder=3, label="control joints"
+            list(faces), colors=colours.CONTROL_JOINT_COLOUR, linewidths=1.3, zorder=3, label="control joints"
         )
         ax.add_collection(lines)
 
@@ -192,7 +164,7 @@ def _draw_slips(ax: Axes, gaps: FloatArray) -> None:
     """Mark closed joints (m, 4, 2) that have slipped."""
     if len(gaps):
         middle = (gaps[:, :2] + gaps[:, [3, 2]]) / 2
-        lines = LineCollection(list(middle), colors=SLIP_COLOUR, linewidths=2.2, zorder=3.8, label="slips")
+        lines = LineCollection(list(middle), colors=colours.SLIP_COLOUR, linewidths=2.2, zorder=3.8, label="slips")
         ax.add_collection(lines)
 
 
@@ -235,7 +207,9 @@ def _draw_ground(ax: Axes, ds: xr.Dataset, increment: int, factor: float) -> Non
     # between contacts, as under a door, a smooth line
     along = np.union1d(x, np.linspace(x[0], x[-1], 121))
     top = PchipInterpolator(x, height + factor * rise)(along)
-    ax.fill_between(along, top, top - depth, facecolor=FOOTING_COLOUR, edgecolor="none", zorder=1, label="footing")
+    ax.fill_between(
+        along, top, top - depth, facecolor=colours.FOOTING_COLOUR, edgecolor="none", zorder=1, label="footing"
+    )
     ax.plot(along, top, color="#55595e", linewidth=1.0, zorder=1)
     _draw_datum(ax, x, height)
 
@@ -249,17 +223,17 @@ def _draw_datum(ax: Axes, x: FloatArray, height: FloatArray) -> None:
 def _finish(ax: Axes, wall: Deformed) -> None:
     """Write legend, axes and title."""
     ds, increment = wall.ds, wall.increment
-    elevation(ax)
+    sheet.elevation(ax)
     ax.margins(0.02)
     ax.autoscale_view()
-    legend_below(ax, _legend(ds, increment, wall.faces), 2, BELOW_BAR, left=True)
+    sheet.legend_below(ax, _legend(ds, increment, wall.faces), 2, sheet.BELOW_BAR, left=True)
     category = int(ds["damage_category"].values[increment])
     early = "limit" in ds.attrs or ds.attrs.get("status", PathStatus.COMPLETE) != PathStatus.COMPLETE
     at_end = early and increment in (-1, ds.sizes["increment"] - 1)
-    set_title(
+    sheet.set_title(
         ax,
         wall.title,
-        f"at {moved_to(ds, increment)}, damage category {category} ({name_of(ds, category)})",
+        f"at {sheet.moved_to(ds, increment)}, damage category {category} ({name_of(ds, category)})",
         wall.scale,
         str(ds.attrs.get("status_message", ds.attrs.get("status"))) if at_end else "",
     )
@@ -275,18 +249,20 @@ def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch
     for where, chosen in parts.items():
         widest = float(faces.crack[chosen].max(initial=0.0))
         if widest > HAIRLINE:
-            colour = CATEGORY_COLOURS[int(table.by_width(widest))]
+            colour = colours.CATEGORY_COLOURS[int(table.by_width(widest))]
             handles.append(Line2D([], [], color=colour, linewidth=2.5, label=f"widest crack{where}: {_mm(widest)}"))
         else:
             handles.append(Line2D([], [], linestyle="none", label=f"no crack{where} wider than {_mm(HAIRLINE)}"))
     if faces.is_dpc.any():
         opening = float(faces.opening[faces.is_dpc].max())
         label = f"dpc, opening at most {_mm(opening)}" if opening > HAIRLINE else "dpc, closed"
-        handles.append(Patch(facecolor=_pale(to_rgba_array(DPC_COLOUR))[0], edgecolor=DPC_COLOUR, label=label))
+        handles.append(
+            Patch(facecolor=_pale(to_rgba_array(colours.DPC_COLOUR))[0], edgecolor=colours.DPC_COLOUR, label=label)
+        )
     if faces.is_control.any():
         most = [float(ds[f"control_joint_{way}_max"].values[increment]) for way in ("opening", "closing")]
         label = f"control joint, widened by at most {_mm(most[0])}, closed by at most {_mm(most[1])}"
-        handles.append(Line2D([], [], color=CONTROL_JOINT_COLOUR, linewidth=1.3, label=label))
+        handles.append(Line2D([], [], color=colours.CONTROL_JOINT_COLOUR, linewidth=1.3, label=label))
     if faces.is_footing.any():
         lifted = float(faces.opening[faces.is_footing].max())
         off = f"; wall off it by at most {_mm(lifted)}" if lifted > 2 * HAIRLINE else ""
@@ -294,14 +270,14 @@ def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch
         settled = settlement(ds)
         datum = "top of footing before any movement"
         if settled is not None:
-            datum = f"datum: top of footing under dead load, settled by {plain_number(-settled * MM)} mm"
-        handles.append(Patch(color=FOOTING_COLOUR, label=f"{'' if whole else 'top of '}footing{off}"))
+            datum = f"datum: top of footing under dead load, settled by {sheet.plain_number(-settled * sheet.MM)} mm"
+        handles.append(Patch(color=colours.FOOTING_COLOUR, label=f"{'' if whole else 'top of '}footing{off}"))
         handles.append(Line2D([], [], color="black", linewidth=0.7, linestyle=DATUM, label=datum))
     if (faces.kind == ContactKind.SOIL).any():
         label = "surface of the ground, pressed by the footing"
-        handles.append(Line2D([], [], color=SOIL_COLOUR, linewidth=1.4, label=label))
+        handles.append(Line2D([], [], color=colours.SOIL_COLOUR, linewidth=1.4, label=label))
     return handles
 
 
 def _mm(width: float) -> str:
-    return f"{width * MM:.2f} mm"
+    return f"{width * sheet.MM:.2f} mm"

@@ -18,15 +18,8 @@ from numpy.typing import ArrayLike
 
 from damagepred.archive.schema import category_label, is_dynamic
 from damagepred.formatting import length
+from damagepred.plotting import colours
 from damagepred.plotting.categories import table_of
-from damagepred.plotting.colours import (
-    BRICK_COLOURS,
-    BRICK_EDGE,
-    CATEGORY_COLOURS,
-    CONTROL_JOINT_COLOUR,
-    DPC_COLOUR,
-    FOOTING_COLOUR,
-)
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, Motion, ground_profile
 from damagepred.plotting.sheet import MM, moved_to
@@ -45,12 +38,12 @@ def explorer(walls: Mapping[str, xr.Dataset]) -> str:
     table = table_of(some)
     shared = {
         "limits": [limit * MM for limit in table.limits],
-        "colours": list(CATEGORY_COLOURS[: len(table.limits) + 1]),
-        "bricks": list(BRICK_COLOURS),
-        "edge": BRICK_EDGE,
-        "dpc": DPC_COLOUR,
-        "control": CONTROL_JOINT_COLOUR,
-        "footing": FOOTING_COLOUR,
+        "colours": list(colours.CATEGORY_COLOURS[: len(table.limits) + 1]),
+        "bricks": list(colours.BRICK_COLOURS),
+        "edge": colours.BRICK_EDGE,
+        "dpc": colours.DPC_COLOUR,
+        "control": colours.CONTROL_JOINT_COLOUR,
+        "footing": colours.FOOTING_COLOUR,
         "levels": LEVELS,
         "walls": [{"name": name, **_wall(ds)} for name, ds in walls.items()],
     }

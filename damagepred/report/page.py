@@ -26,11 +26,6 @@ for (const part of document.querySelectorAll(".scroll")) {
 def page_html(page: Page) -> str:
     """Report as one page of HTML, with styles, drawings and script inside.
 
-    Parameters
-    ----------
-    page : Page
-        The report.
-
     Examples
     --------
     >>> from damagepred.report.parts import Page

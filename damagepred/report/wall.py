@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.schema import category_label, is_dynamic
-from damagepred.enumerations import ContactKind, PathStatus
+from damagepred.enumerations import PathStatus
 from damagepred.errors import InputError
 from damagepred.formatting import length, number, ratio
 from damagepred.report.caveats import wall_caveats
@@ -175,44 +175,21 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
     """Drawings and tables of the damage to one wall."""
     from damagepred import plotting
 
-    parts = crack_parts(ds)
-    if (ds["contact_kind"].values == ContactKind.DPC).any():
-        parts.append(
-            drawing(
-                "dpc",
-                "Opening of the damp-proof course along the wall.",
-                "Opening of the damp-proof course along the wall at several movements",
-                plotting.draw_dpc_opening(ds),
-            )
-        )
-    if "footing" in shown_gaps(ds):
-        parts.append(
-            drawing(
-                "footing-gap",
-                "Opening of the bed between first course and footing along the wall.",
-                "Opening of the bed on the footing along the wall at several movements",
-                plotting.draw_dpc_opening(ds, bed="footing"),
-            )
-        )
-    if ds.sizes.get("opening", 0):
-        parts.append(
-            drawing(
-                "openings",
-                "Change of width of the openings; widening is positive.",
-                "Change of width of each opening against the movement",
-                plotting.draw(ds, "opening_width_change"),
-            )
-        )
-    if "section_x" in ds.variables:
-        parts.append(
-            drawing(
-                "footing",
-                "The footing: its form, moment and curvature along the wall.",
-                "Form, bending moment and curvature of the footing along its length",
-                plotting.draw_footing(ds)[0],
-            )
-        )
-    return parts
+    gaps, beam = shown_gaps(ds), "section_x" in ds.variables
+    drawn = (
+        ("dpc" in gaps, "dpc", "dpc_opening", "Opening of the damp-proof course along the wall"),
+        ("footing" in gaps, "footing-gap", "footing_opening", "Opening of the bed on the footing along the wall"),
+        (bool(ds.sizes.get("opening")), "openings", "opening_width_change", "Change of width of each opening"),
+        (beam, "footing", "footing_rise", "Rise of the footing along the wall"),
+        (beam, "moment", "section_moment", "Bending moment in the footing, sagging positive"),
+        (beam, "curvature", "section_curvature", "Curvature of the footing, sagging positive"),
+    )
+    figures = (
+        drawing(name, f"{what}.", f"{what} as the ground moves", plotting.draw(ds, variable))
+        for shown, name, variable, what in drawn
+        if shown
+    )
+    return [*crack_parts(ds), *figures]
 
 
 def wall_drawing(

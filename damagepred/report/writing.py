@@ -69,18 +69,6 @@ def write_report(
     on_step : callable, optional
         Called with each increment of the wall that is solved again.
 
-    Returns
-    -------
-    Path
-        The file written.
-
-    Raises
-    ------
-    InputError
-        If there is no such wall or study, or no wall of it has been solved.
-    StudyError
-        If the file cannot be written.
-
     Examples
     --------
     >>> import damagepred

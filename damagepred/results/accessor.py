@@ -55,13 +55,7 @@ class DatasetAccessor:
         return wall_dataset(self._ds, name)
 
     def category(self, name: str) -> int:
-        """Return the number of a damage category, such as 2 for "slight".
-
-        Raises
-        ------
-        InputError
-            If the damage table has no such category.
-        """
+        """Return the number of a damage category, such as 2 for "slight"."""
         from damagepred.uq.capacity import category_number
 
         return category_number(self._ds, name)

@@ -53,11 +53,6 @@ def compare_scales(ds: xr.Dataset, increment: int | None = None) -> xr.Dataset:
         know); samples count by their weights. The attribute ``left_out`` names the scales that the archive does not
         allow.
 
-    Raises
-    ------
-    InputError
-        If it is neither a wall nor a study, or has no such increment.
-
     Examples
     --------
     >>> import damagepred

@@ -89,11 +89,6 @@ def cracks(ds: xr.Dataset, *, hairline: float = HAIRLINE) -> xr.Dataset:
         Dimensions ``increment`` and ``crack``; see ``CRACK_VARIABLES``. What is not there in an
         increment is NaN, or -1.
 
-    Raises
-    ------
-    InputError
-        If the dataset is not of one wall with its contacts.
-
     Examples
     --------
     >>> import damagepred, xarray
@@ -128,11 +123,6 @@ def crack_profile(ds: xr.Dataset, increment: int = -1, *, hairline: float = HAIR
     xarray.Dataset
         Dimension ``piece``, crack by crack: pieces of the crack's longest course in its order from the lower or
         left end (``piece_on_path``), then its branches.
-
-    Raises
-    ------
-    InputError
-        If the dataset is not of one wall with its contacts, or has no such increment.
 
     Examples
     --------

@@ -99,11 +99,6 @@ def site_class(surface_movement: float) -> SiteClass:
     surface_movement : float
         Characteristic surface movement y_s (m), not negative.
 
-    Raises
-    ------
-    InputError
-        If it is negative or not finite.
-
     Examples
     --------
     >>> from damagepred import scene
@@ -127,11 +122,6 @@ def of_climatic_zone(table: str, zone: int) -> float:
 @checked
 def suction_depth(zone: int) -> float:
     """Depth H_s (m) of changes in moisture in a climatic zone, 1 (wettest) to 6 (AS 2870-2011 Table 2.5).
-
-    Raises
-    ------
-    InputError
-        If there is no such zone.
 
     Examples
     --------
@@ -165,11 +155,6 @@ def standard_footing(site: str, construction: str) -> StandardFooting:
         Class of the site, such as "M".
     construction : str
         Construction of the house, such as "full_masonry".
-
-    Raises
-    ------
-    InputError
-        If the table has none for them.
 
     Examples
     --------

@@ -6,5 +6,5 @@
 - ``design``: every input of every sample, and its density under other distributions; ``importance``: weighted samples
 - ``capacity``: the movement at which a category is reached, the one definition of it; ``intensity``: its measures
 - ``fragility``: curves and surfaces, their bands and how well they fit; ``exceedance``: one probability, one median
-- ``sensitivity``: Sobol's indices; rank correlation and first-order shares from any study
+- ``sensitivity``: rank correlation and shares of variance from any study
 """

@@ -18,17 +18,9 @@ import xarray as xr
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.uq import exceedance
 from damagepred.uq.capacity import category_number, censored_before, highest_category
 from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate, student_factor
-from damagepred.uq.exceedance import (
-    CategoryCapacities,
-    category_capacities,
-    estimate_exceedance,
-    own_movements,
-    pseudo_values,
-    require_followed,
-    wanted_movement,
-)
 from damagepred.uq.intensity import attributes, chosen_intensity
 from damagepred.uq.movement_distribution import SITE, MovementDistribution
 
@@ -99,7 +91,7 @@ def compare(
     chosen = [category_number(reference, c) for c in given]
     single = any(ds["damage_category"].ndim == 1 for ds in studies.values())
     movements = (["site"] if single else _increments(reference, measure).tolist()) if at is None else at
-    wanted = [wanted_movement(reference, movement, measure) for movement in movements]
+    wanted = [exceedance.wanted_movement(reference, movement, measure) for movement in movements]
     if single and not all(movement.own for movement in wanted):
         raise InputError('compare: a study has each wall at its own movement alone; compare them at = "site".')
     shape = (len(names), len(chosen), len(wanted))
@@ -107,11 +99,13 @@ def compare(
     unknown, paired = np.zeros(shape, dtype=np.int64), np.zeros(len(names), dtype=np.int64)
     same = [_same_samples(reference, ds) for ds in studies.values()]
     for (k, category), by_site in itertools.product(enumerate(chosen), {movement.own for movement in wanted}):
-        walls = [category_capacities(ds, category, measure, SITE if by_site else None) for ds in studies.values()]
+        walls = [
+            exceedance.category_capacities(ds, category, measure, SITE if by_site else None) for ds in studies.values()
+        ]
         for m, movement in enumerate(wanted):
             if movement.own != by_site:
                 continue
-            answers = [_Answer.of(each, require_followed(each, movement), confidence) for each in walls]
+            answers = [_Answer.of(each, exceedance.require_followed(each, movement), confidence) for each in walls]
             for s, answer in enumerate(answers):
                 unknown[s, k, m] = int(censored_before(walls[s].lower, walls[s].upper, movement.largest).sum())
                 difference = _difference(answers[0], answer, confidence, same[s])
@@ -137,7 +131,10 @@ def compare(
             "category": ("category", chosen, _category_names(reference)),
             "movement": (
                 "movement",
-                [float(np.mean(own_movements(reference, measure) if each.own else each.points)) for each in wanted],
+                [
+                    float(np.mean(exceedance.own_movements(reference, measure) if each.own else each.points))
+                    for each in wanted
+                ],
                 attributes(reference, measure) | {"measure": measure},
             ),
             "movement_name": ("movement", [movement.name for movement in wanted]),
@@ -193,9 +190,12 @@ class _Answer(NamedTuple):
     precision: float
 
     @classmethod
-    def of(cls, walls: CategoryCapacities, at: MovementDistribution, confidence: float) -> _Answer:
+    def of(cls, walls: exceedance.CategoryCapacities, at: MovementDistribution, confidence: float) -> _Answer:
         """Estimate the probability; the contributions add up to 0, and their squares to the error's square."""
-        estimate, values = estimate_exceedance(walls, at, confidence).estimate, pseudo_values(walls, at)
+        estimate, values = (
+            exceedance.estimate_exceedance(walls, at, confidence).estimate,
+            exceedance.pseudo_values(walls, at),
+        )
         each = values.hit if walls.weight is None else values.hit * walls.weight
         contribution = (each - each.mean()) / len(each) if len(each) else each
         return cls(estimate, walls.sample, contribution, walls.replicate, values.precision)

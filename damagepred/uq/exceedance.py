@@ -19,15 +19,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.enumerations import SOLVED
 from damagepred.errors import InputError
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.uq.capacity import (
-    ROUNDING,
-    category_number,
-    censored_before,
-    failure_bounds,
-    probability_reached,
-    read_capacities,
-    require_categories,
-)
+from damagepred.uq import capacity
 from damagepred.uq.estimate import (
     ENOUGH_REPLICATES,
     Estimate,
@@ -107,12 +99,12 @@ def category_capacities(
 ) -> CategoryCapacities:
     """Capacities of a study's walls for one category; for the site as shares of each wall's own movement."""
     name = chosen_intensity(ds, intensity)
-    require_categories(ds, [category])
+    capacity.require_categories(ds, [category])
     if "damage_category" not in ds:
         nothing = np.empty(0)
         return CategoryCapacities(np.empty(0, dtype=np.int64), nothing, nothing, None, None, np.empty(0, dtype=bool))
     by_site = at is not None and at.own
-    walls = read_capacities(ds, [category], name, between=not by_site)
+    walls = capacity.read_capacities(ds, [category], name, between=not by_site)
     lower, upper, failing = (field[0] for field in walls.capacities[:3])
     if by_site:
         moved, end = walls.capacities.end > 0, np.where(walls.capacities.end > 0, walls.capacities.end, 1.0)
@@ -147,7 +139,7 @@ def wanted_movement(ds: xr.Dataset, at: float | str | MovementDistribution, meas
 def has_own_ground(ds: xr.Dataset, measure: str) -> bool:
     """Whether solved walls end at movements of their own."""
     ends = own_movements(ds, measure)
-    return bool(ends.size and np.ptp(ends) > ROUNDING * ends.max())
+    return bool(ends.size and np.ptp(ends) > capacity.ROUNDING * ends.max())
 
 
 def own_movements(ds: xr.Dataset, measure: str) -> FloatArray:
@@ -173,7 +165,7 @@ class _Redistribution:
 
     def __init__(self, lower: FloatArray, upper: FloatArray, weight: FloatArray, largest: float) -> None:
         self.lower, self.upper, self.weight = lower, upper, weight
-        self.short = censored_before(lower, upper, largest)
+        self.short = capacity.censored_before(lower, upper, largest)
         self.ends, which = np.unique(lower[self.short], return_inverse=True)
         self.leaving = np.bincount(which, weight[self.short], len(self.ends))
         self.end = np.where(np.isinf(upper), lower, upper)
@@ -198,10 +190,10 @@ class _Redistribution:
 
     def pseudo_values(self, movement: float, prior: float = 0.0) -> tuple[FloatArray, float, FloatArray]:
         """Pseudo-values at a movement, the probability, and the pseudo-values of two more walls of ``prior``."""
-        count = int(np.searchsorted(self.ends, movement * (1 - ROUNDING)))
+        count = int(np.searchsorted(self.ends, movement * (1 - capacity.ROUNDING)))
         before = self.at_risk[:count] + 2.0 * prior
         after = before - self.leaving[:count]
-        if (after <= ROUNDING * self.weight.sum()).any():
+        if (after <= capacity.ROUNDING * self.weight.sum()).any():
             return np.full(len(self.lower), np.nan), np.nan, np.full(2, np.nan)
         step = 1.0 / before - 1.0 / after
         risk, moment = (np.append(0.0, np.cumsum(value)) for value in (step, self.ends[:count] * step))
@@ -209,7 +201,7 @@ class _Redistribution:
         walls = risk[first] + (self.end * (risk[last] - risk[first]) - moment[last] + moment[first]) / self.length
         short = self.short & (self.first <= count)
         walls[short] += 1.0 / after[first[short] - 1]
-        undamaged = np.where(short, 0.0, 1.0 - probability_reached(self.lower, self.upper, movement))
+        undamaged = np.where(short, 0.0, 1.0 - capacity.probability_reached(self.lower, self.upper, movement))
         total, raised = self.weight.sum() + 2.0 * prior, float(np.prod(before / after))
         survival = raised * ((self.weight * undamaged).sum() + prior) / total
         hit = 1.0 - raised * undamaged - total * survival * walls
@@ -238,7 +230,7 @@ def pseudo_values(known: CategoryCapacities, movement: MovementDistribution) -> 
     squares = float(weight @ (regular - likely) ** 2 + PRIOR * ((added - likely) ** 2).sum())
     effective = max(likely * (1.0 - likely) * (total + 2.0 * PRIOR) ** 2 / squares - 2.0 * PRIOR, PRIOR)
     scatter = float(weight @ (hit - chance) ** 2)
-    sure = not ROUNDING < chance < 1.0 - ROUNDING or scatter <= ROUNDING
+    sure = not capacity.ROUNDING < chance < 1.0 - capacity.ROUNDING or scatter <= capacity.ROUNDING
     plain = total if sure else chance * (1.0 - chance) * total**2 / scatter
     return PseudoValues(hit, min(effective / plain, 1.0), min(effective / total, 1.0))
 
@@ -247,7 +239,9 @@ def known_hits(walls: CategoryCapacities, movement: MovementDistribution, unknow
     """Probability of each wall to have reached the category; ``unknown``, 0 or 1, for the bound beyond its path."""
     each = [
         np.where(
-            censored_before(walls.lower, walls.upper, m), unknown, probability_reached(walls.lower, walls.upper, m)
+            capacity.censored_before(walls.lower, walls.upper, m),
+            unknown,
+            capacity.probability_reached(walls.lower, walls.upper, m),
         )
         for m in movement.points
     ]
@@ -302,7 +296,7 @@ def exceedance(
     >>> round(found.estimate.value, 2), round(found.estimate.lower, 2), round(found.estimate.upper, 2)
     (0.92, 0.78, 0.97)
     """
-    category = category_number(ds, category)
+    category = capacity.category_number(ds, category)
     measure = chosen_intensity(ds, intensity)
     wanted = wanted_movement(ds, at, measure)
     if "damage_category" in ds and ds["damage_category"].ndim == 1 and not wanted.own:
@@ -316,7 +310,7 @@ def exceedance(
 def require_followed(walls: CategoryCapacities, wanted: MovementDistribution) -> MovementDistribution:
     """Refuse a distribution of the movement of which a part lies beyond the study's walls; return the movement."""
     open_ended = np.isinf(walls.upper).any()
-    beyond = float(np.mean(np.asarray(wanted.points) > walls.followed * (1 + ROUNDING))) * open_ended
+    beyond = float(np.mean(np.asarray(wanted.points) > walls.followed * (1 + capacity.ROUNDING))) * open_ended
     if len(wanted.points) > 1 and beyond:
         raise InputError(
             f"at = {wanted.name}: {beyond:.0%} of it lies beyond {walls.followed:g}, the largest movement of the "
@@ -330,7 +324,7 @@ def estimate_exceedance(
 ) -> Exceedance:
     """Probability that walls have reached the category by a movement; of several movements, the mean."""
     at = as_distribution(at)  # the interval: Wilson's, for the variance of Greenwood (Dorey and Korn 1987)
-    short = censored_before(walls.lower, walls.upper, at.largest)
+    short = capacity.censored_before(walls.lower, walls.upper, at.largest)
     lost = short & walls.failing
     estimate = estimate_of(walls, pseudo_values(walls, at), confidence)
     if np.isnan(estimate.value) and len(lost):
@@ -339,7 +333,9 @@ def estimate_exceedance(
         estimate = estimate._replace(value=np.nan, error=np.nan, lower=least, upper=1.0)
         bounds = [min(float(np.mean(walls.heavy * known_hits(walls, at, unknown))), 1.0) for unknown in (0.0, 1.0)]
     elif lost.any():
-        intervals = failure_bounds(walls.lower, walls.upper, lost, at.largest, walls.lower * (1 + 4 * ROUNDING))
+        intervals = capacity.failure_bounds(
+            walls.lower, walls.upper, lost, at.largest, walls.lower * (1 + 4 * capacity.ROUNDING)
+        )
         ends = [walls._replace(lower=lower, upper=upper) for lower, upper in intervals]
         bounds = [min(estimate_of(end, pseudo_values(end, at), confidence).value, 1.0) for end in ends]
     else:
@@ -373,7 +369,7 @@ def _from_curve(
         options=options,
     )
     curve, largest = curves.isel(category=0), float(curves["intensity"][-1])
-    if movement > largest * (1 + ROUNDING):
+    if movement > largest * (1 + capacity.ROUNDING):
         raise InputError(
             f"at = {movement:g}: no wall was moved as far ({largest:g} at most), and a study that keeps each wall's "
             "own movement alone ([study] movement = 'sampled') has no information beyond."
@@ -423,7 +419,7 @@ def median_movement(
     # walls damaged before any movement are no part of the curve of the others
     walls = walls._replace(upper=np.where(walls.upper <= 0, np.inf, walls.upper))
     median = _median_of(walls, category, confidence, seed, options)
-    if not median.value > walls.followed * (1 + ROUNDING):
+    if not median.value > walls.followed * (1 + capacity.ROUNDING):
         return median
     return median._replace(value=walls.followed, error=np.nan, lower=min(median.lower, walls.followed), upper=np.inf)
 
@@ -464,34 +460,3 @@ def _median(walls: CategoryCapacities, heavy: FloatArray, options: FragilityOpti
     used = heavy > 0
     counts = normalised_weights(heavy[used], walls.upper[used])
     return fit_lognormal(walls.lower[used], walls.upper[used], counts, options=options).median
-
-
-class Running(NamedTuple):
-    """Running estimate of a probability from the first walls of a study."""
-
-    counted: IntArray  # (points,): walls that count
-    # (points,): estimate and confidence interval from these
-    value: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-
-
-def running_probability(
-    ds: xr.Dataset,
-    category: int,
-    movement: float | str | MovementDistribution,
-    *,
-    confidence: float = 0.9,
-    intensity: str | None = None,
-    points: int = 60,
-) -> Running:
-    """Estimate the probability of a category at a movement from increasing numbers of walls of a study with paths."""
-    measure = chosen_intensity(ds, intensity)
-    wanted = wanted_movement(ds, movement, measure)
-    walls = category_capacities(ds, category, measure, wanted)
-    total = len(walls.lower)
-    count = (
-        np.unique(np.geomspace(min(2, total), total, points).round().astype(np.int64)) if total else np.empty(0, int)
-    )
-    rows = [estimate_exceedance(walls.part(slice(n)), wanted, confidence).estimate for n in count]
-    return Running(count, *(np.array([getattr(e, key) for e in rows]) for key in ("value", "lower", "upper")))

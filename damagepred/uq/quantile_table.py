@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
@@ -12,24 +10,14 @@ from scipy import special
 from damagepred.arrays import FloatArray
 from damagepred.uq.marginals import Marginal, Table, breaks, from_normal
 
-
-@dataclass(frozen=True)
-class QuantileTableOptions:
-    """Accuracy and cells of a table of quantiles."""
-
-    # largest error of a value, relative to the largest next to it, or to a millionth of the standard deviation (1)
-    tolerance: float = 3e-10
-    # standard normals beyond are solved one by one: they are rarer than two in 10^9, and far beyond the quantiles of
-    # scipy are not reliable
-    largest_normal: float = 6.0
-    # width of the cells in standard normals; a cell of the smallest width without a good polynomial is solved one by
-    # one, too
-    initial_cell: float = 0.5
-    smallest_cell: float = 2e-4
-    degree: int = 7  # degree of the polynomials
-
-
-DEFAULT = QuantileTableOptions()
+TOLERANCE = 3e-10
+"""Largest error of a value, relative to the largest next to it, or to a millionth of the standard deviation (1)."""
+LARGEST_NORMAL = 6.0
+"""Standard normals beyond are solved one by one: rarer than two in 10^9, and far beyond scipy is not reliable."""
+INITIAL_CELL, SMALLEST_CELL = 0.5, 2e-4
+"""Width of the cells in standard normals; without a good polynomial in the smallest, values are solved one by one."""
+DEGREE = 7
+"""Degree of the polynomials."""
 
 CLOSED = (
     *("norm", "lognorm", "uniform", "weibull_min", "weibull_max", "gumbel_r", "gumbel_l", "expon", "logistic"),
@@ -41,8 +29,8 @@ CLOSED = (
 class JointQuantile:
     """Turns standard normals into values of a distribution, like ``from_normal``."""
 
-    def __init__(self, marginal: Marginal, options: QuantileTableOptions = DEFAULT) -> None:
-        self.marginal, self.options = marginal, options
+    def __init__(self, marginal: Marginal) -> None:
+        self.marginal = marginal
         name = getattr(getattr(marginal, "dist", None), "name", "")
         self.quick = isinstance(marginal, Table) or name in CLOSED
         given = getattr(marginal, "kwds", {})
@@ -59,7 +47,7 @@ class JointQuantile:
         if self.quick:
             return from_normal(self.marginal, z)
         if self._table is None:
-            self._table = _table(self.marginal, self.options)
+            self._table = _table(self.marginal)
         edges, coefficients = self._table
         # of a break, the value on its left: quantiles are continuous from there
         cell = np.clip(np.searchsorted(edges, z, side="left") - 1, 0, len(edges) - 2)
@@ -68,19 +56,19 @@ class JointQuantile:
         values = coefficients[-1, cell]
         for power in range(len(coefficients) - 2, -1, -1):
             values = values * at + coefficients[power, cell]
-        outside = np.isnan(values) | (np.abs(z) > self.options.largest_normal)
+        outside = np.isnan(values) | (np.abs(z) > LARGEST_NORMAL)
         if outside.any():
             values[outside] = from_normal(self.marginal, z[outside])
         return np.asarray(values)
 
 
-def _table(marginal: Marginal, options: QuantileTableOptions) -> tuple[FloatArray, FloatArray]:
+def _table(marginal: Marginal) -> tuple[FloatArray, FloatArray]:
     """Edges of cells (n + 1,) and the coefficients of powers of the place in each from -1 to 1."""
-    given, reach, degree = breaks(marginal), options.largest_normal, options.degree
-    steps = round(2 * reach / options.initial_cell)
+    given, reach = breaks(marginal), LARGEST_NORMAL
+    steps = round(2 * reach / INITIAL_CELL)
     edges = np.union1d(np.linspace(-reach, reach, steps + 1), given[np.abs(given) < reach])
     remaining, right = edges[:-1], edges[1:]
-    node, between = chebyshev.chebpts1(degree + 1), np.append(chebyshev.chebpts1(degree + 3), (-0.9999, 0.9999))
+    node, between = chebyshev.chebpts1(DEGREE + 1), np.append(chebyshev.chebpts1(DEGREE + 3), (-0.9999, 0.9999))
     to_powers = np.linalg.inv(np.vander(node, increasing=True))
     least = 1e-6 * float(marginal.std())
     done_left, done_right, done = [], [], []
@@ -94,9 +82,9 @@ def _table(marginal: Marginal, options: QuantileTableOptions) -> tuple[FloatArra
         constant = (x == x[0]).all(axis=0)  # an atom is its value, without rounding
         powers[:, constant] = 0.0
         powers[0, constant] = x[0, constant]
-        error = np.abs(np.vander(between, degree + 1, increasing=True) @ powers - between_x).max(axis=0)
-        good = error <= options.tolerance * np.maximum(np.abs(x).max(axis=0), least)
-        given_up = ~good & (half < options.smallest_cell)
+        error = np.abs(np.vander(between, DEGREE + 1, increasing=True) @ powers - between_x).max(axis=0)
+        good = error <= TOLERANCE * np.maximum(np.abs(x).max(axis=0), least)
+        given_up = ~good & (half < SMALLEST_CELL)
         powers[:, given_up] = np.nan
         settled = good | given_up
         done_left.append(remaining[settled])

@@ -29,8 +29,6 @@ class SelectionOptions:
     first: int = 32
     most: int = 1024
     growth: float = 2.0  # factor on the samples from round to round
-    stakes: int = 16  # number of stakes of the bounds by betting, spaced evenly in logarithm
-    smallest_stake: float = 1e-3  # the smallest of them, as a share of the capital; the largest is 1
 
     def rounds(self) -> list[int]:
         """Return the number of samples of an alternative in each round."""
@@ -40,7 +38,8 @@ class SelectionOptions:
         return counts
 
 
-DEFAULT = SelectionOptions()
+STAKES = np.geomspace(1e-3, 1.0, 16)
+"""Stakes of the bounds by betting, as shares of the capital."""
 
 
 class Selection(NamedTuple):
@@ -109,19 +108,18 @@ def select_cheapest(
     return Selection(chosen, not len(active), meets, fails, mean, lower, upper, count)
 
 
-def betting_lower_bound(values: FloatArray, error: float, options: SelectionOptions = DEFAULT) -> float:
+def betting_lower_bound(values: FloatArray, error: float) -> float:
     """Lower bound of the mean of independent values from 0 to 1, by the capital of bets against each mean.
 
     If the mean is m, the product of 1 + c (x / m - 1) over the values x is a martingale for every stake c. So the mean
     of these products over the stakes exceeds 1 / error with at most that probability (Ville's inequality; Waudby-Smith
     and Ramdas 2024). The bound adapts to the spread of the values, which need not be known.
     """
-    stakes = np.geomspace(options.smallest_stake, 1.0, options.stakes)
 
     def excess(m: float) -> float:
         with np.errstate(divide="ignore"):
-            capital = np.log1p(stakes[:, None] * (values / m - 1.0)).sum(axis=1)
-        return float(special.logsumexp(capital) - np.log(len(stakes)) + np.log(error))
+            capital = np.log1p(STAKES[:, None] * (values / m - 1.0)).sum(axis=1)
+        return float(special.logsumexp(capital) - np.log(len(STAKES)) + np.log(error))
 
     tiny, mean = 1e-12, float(np.mean(values))
     return 0.0 if mean <= tiny or excess(tiny) < 0 else float(scipy.optimize.brentq(excess, tiny, mean))
@@ -150,13 +148,13 @@ def select_least_expected(
         for k, loss in values.items():
             mean[k], count[k] = costs[k] + loss.mean(), len(loss)
             share = loss / largest
-            lower[k] = costs[k] + largest * betting_lower_bound(share, error, options)
-            upper[k] = costs[k] + largest * (1.0 - betting_lower_bound(1.0 - share, error, options))
+            lower[k] = costs[k] + largest * betting_lower_bound(share, error)
+            upper[k] = costs[k] + largest * (1.0 - betting_lower_bound(1.0 - share, error))
         best = int(active[np.argmin(mean[active])])
         others = [k for k in values if k != best]
         # the difference of two losses lies between -largest and largest
         shares = {k: 0.5 + 0.5 * (values[k] - values[best]) / largest for k in others}
-        bounds = {k: 2.0 * largest * (betting_lower_bound(share, error, options) - 0.5) for k, share in shares.items()}
+        bounds = {k: 2.0 * largest * (betting_lower_bound(share, error) - 0.5) for k, share in shares.items()}
         excess = {k: costs[k] - costs[best] + bounds[k] for k in others}
         dearer[[k for k in others if excess[k] > 0]] = True
         regret = max([0.0, *(-bound for bound in excess.values())])

@@ -8,7 +8,6 @@ innovation of evaluation e depends on (seed, e) alone: a run whose evaluations w
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -23,17 +22,10 @@ from damagepred.uq.random_streams import Stream, generator
 LimitState = Callable[[FloatArray, IntArray], FloatArray]
 
 
-@dataclass(frozen=True)
-class SubsetOptions:
-    """Adaptation of the conditional sampler, and its size."""
-
-    target_acceptance: float = 0.44  # acceptance rate to which the step is adapted (1)
-    initial_step: float = 0.6  # step s of the first level with chains (1)
-    smallest_step: float = 0.05  # smallest step (1)
-    max_normals: int = 10**9  # standard normals of a level beyond which it is refused
-
-
-DEFAULT = SubsetOptions()
+TARGET_ACCEPTANCE, INITIAL_STEP, SMALLEST_STEP = 0.44, 0.6, 0.05
+"""Acceptance rate to which the step s of the conditional sampler is adapted; its first and its smallest value (1)."""
+MAX_NORMALS = 10**9
+"""Standard normals of a level beyond which it is refused."""
 
 
 class Level(NamedTuple):
@@ -77,7 +69,6 @@ def subset_simulation(
     confidence: float = 0.9,
     runs: int = 1,
     on_level: Callable[[Level], None] | None = None,
-    options: SubsetOptions = DEFAULT,
 ) -> SubsetEstimate:
     """Estimate a small probability.
 
@@ -106,12 +97,6 @@ def subset_simulation(
         the one that follows from the runs' own coefficients of variation.
     on_level : callable, optional
         Called with each ``Level`` as it is known.
-    options : SubsetOptions
-        Adaptation of the sampler.
-
-    Returns
-    -------
-    SubsetEstimate
 
     Raises
     ------
@@ -130,7 +115,7 @@ def subset_simulation(
     for name, value in (("runs", runs), ("dimensions", dimensions), ("max_levels", max_levels)):
         require_count(name, value)
     require_count("seed", seed, 0)
-    require_number("samples x dimensions", samples * dimensions, 1, options.max_normals)
+    require_number("samples x dimensions", samples * dimensions, 1, MAX_NORMALS)
     require_number("confidence", confidence, 0.0, 0.9999, open_low=True)
     margin = _NumberedLimitState(limit_state)
 
@@ -140,7 +125,7 @@ def subset_simulation(
         z = np.array([generator(seed, Stream.SUBSET, first + i).standard_normal(dimensions) for i in range(samples)])
         g = margin(z)
         levels: list[Level] = []
-        step, acceptance, chained = options.initial_step, np.nan, False
+        step, acceptance, chained = INITIAL_STEP, np.nan, False
         while True:
             ordered = np.sort(g)
             limit = float(0.5 * (ordered[chains - 1] + ordered[chains])) if ordered[chains - 1] > 0 else 0.0
@@ -155,7 +140,7 @@ def subset_simulation(
             # of equal margins more samples than chains may have reached the limit: the seeds are drawn from all of them
             random = generator(seed, Stream.SUBSET_START, run * max_levels + len(levels))
             start = random.permutation(np.flatnonzero(reached))[:chains]
-            z, g, acceptance, step = _sample_level(margin, z[start], g[start], limit, length, step, seed, options)
+            z, g, acceptance, step = _sample_level(margin, z[start], g[start], limit, length, step, seed)
             chained = True
 
     estimates = [one_run(run) for run in range(runs)]
@@ -222,7 +207,6 @@ def _sample_level(
     length: int,
     step: float,
     seed: int,
-    options: SubsetOptions,
 ) -> tuple[FloatArray, FloatArray, float, float]:
     """Next level's samples and margins, the acceptance rate and the last step, all chains side by side."""
     chains = len(z)
@@ -238,8 +222,8 @@ def _sample_level(
         all_z.append(z)
         all_g.append(g)
         accepted += int(take.sum())
-        adapted = step * np.exp((take.mean() - options.target_acceptance) / np.sqrt(k))
-        step = float(np.clip(adapted, options.smallest_step, 1.0))
+        adapted = step * np.exp((take.mean() - TARGET_ACCEPTANCE) / np.sqrt(k))
+        step = float(np.clip(adapted, SMALLEST_STEP, 1.0))
     return np.concatenate(all_z), np.concatenate(all_g), accepted / (chains * (length - 1)), step
 
 
@@ -271,15 +255,5 @@ def _estimate(
     else:
         spread = factor * np.sqrt(np.log1p(variation**2))
         lower, upper = probability * np.exp(-spread), min(probability * np.exp(spread), 1.0)
-    return SubsetEstimate(
-        probability,
-        variation,
-        float(lower),
-        float(upper),
-        confidence,
-        tuple(levels),
-        margin.count,
-        reached,
-        z,
-        g,
-    )
+    interval = float(lower), float(upper), confidence
+    return SubsetEstimate(probability, variation, *interval, tuple(levels), margin.count, reached, z, g)

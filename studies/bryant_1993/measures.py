@@ -10,8 +10,7 @@ import xarray as xr
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import ContactKind
-from damagepred.plotting.footing import open_stretches
-from damagepred.plotting.geometry import Zones
+from damagepred.plotting.geometry import Zones, open_stretches
 from damagepred.plotting.stress import block_stress, one_of, zone_stress
 
 THRESHOLDS = (0.5e-3, 1.0e-3)

@@ -18,7 +18,7 @@ from damagepred.uq.estimate import probability
 from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.fragility import fit_fragility, fit_surface, stripes_from_counts
 from damagepred.uq.samplers import unit_points
-from damagepred.uq.sensitivity import first_order, rank_correlation, saltelli_points, sobol_indices
+from damagepred.uq.sensitivity import sensitivity_indices
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 from damagepred.uq.subset import subset_simulation
 
@@ -268,14 +268,14 @@ def _output(x: FloatArray, random: np.random.Generator) -> FloatArray:
 def _true_ranks() -> dict[str, FloatArray]:
     random = np.random.default_rng(0)
     x = random.standard_normal((400_000, 3))
-    found = rank_correlation({n: x[:, k] for k, n in enumerate("abc")}, _output(x, random), resamples=0)
+    found = sensitivity_indices({n: x[:, k] for k, n in enumerate("abc")}, _output(x, random), resamples=0)
     return {key: found[key].values for key in ("spearman", "partial")}
 
 
 def ranks(random: np.random.Generator, walls: int) -> Found:
     """Give rank correlations of an output with three inputs."""
     x = random.standard_normal((walls, 3))
-    found = rank_correlation({n: x[:, k] for k, n in enumerate("abc")}, _output(x, random), seed=seed_of(random))
+    found = sensitivity_indices({n: x[:, k] for k, n in enumerate("abc")}, _output(x, random), seed=seed_of(random))
     return {
         f"{key} {name}": (float(found[f"{key}_lower"][k]), float(found[f"{key}_upper"][k]), float(truth[k]))
         for key, truth in _true_ranks().items()
@@ -286,25 +286,11 @@ def ranks(random: np.random.Generator, walls: int) -> Found:
 def shares(random: np.random.Generator, walls: int) -> Found:
     """Give shares of variance of three inputs from given walls."""
     x = random.standard_normal((walls, 3))
-    found = first_order({n: x[:, k] for k, n in enumerate("abc")}, _output(x, random), seed=seed_of(random))
+    found = sensitivity_indices({n: x[:, k] for k, n in enumerate("abc")}, _output(x, random), seed=seed_of(random))
     truth = _EFFECTS**2 / (_EFFECTS @ _EFFECTS + _NOISE**2)
     return {
         name: (float(found["first_order_lower"][k]), float(found["first_order_upper"][k]), float(truth[k]))
         for k, name in ((0, "strong"), (1, "weak"), (2, "none"))
-    }
-
-
-def indices(random: np.random.Generator, size: int) -> Found:
-    """Give Sobol's indices of a sum of three inputs and a product."""
-    u = saltelli_points(3, size, seed_of(random))
-    z = special.ndtri(u)
-    found = sobol_indices(z[:, 0] + 0.6 * z[:, 1] + 0.5 * z[:, 0] * z[:, 2], ["a", "b", "c"], seed=seed_of(random))
-    variance = 1 + 0.36 + 0.25
-    truth = {"first_order": (1 / variance, 0.36 / variance), "total": (1.25 / variance, 0.36 / variance)}
-    return {
-        f"{key} {name}": (float(found[f"{key}_lower"][k]), float(found[f"{key}_upper"][k]), value[k])
-        for key, value in truth.items()
-        for k, name in enumerate(("strong", "weak"))
     }
 
 
@@ -358,6 +344,4 @@ def cases() -> dict[tuple[str, str], Case]:
     for n in (30, 100):
         found["rank correlation", f"{n} walls"] = partial(ranks, walls=n)
         found["shares of variance", f"{n} walls"] = partial(shares, walls=n)
-    for n in (32, 256):
-        found["Sobol's indices", f"{n} base points"] = partial(indices, size=n)
     return found

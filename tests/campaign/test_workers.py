@@ -14,7 +14,7 @@ from damagepred import Study, open_study
 from damagepred.campaign import campaign
 from damagepred.campaign.dispatch import Batches, LostSample, run_all
 from damagepred.campaign.sample import Outcome
-from damagepred.campaign.workers import LocalPool, PoolOptions, SharedPool
+from damagepred.campaign.workers import LocalPool, SharedPool
 from damagepred.errors import StudyError
 
 Batch = Sequence[tuple[int, Mapping[str, float]]]
@@ -132,8 +132,7 @@ def test_workers_end_if_the_design_cannot_be_drawn(
 @pytest.mark.thorough
 def test_idle_workers_that_hang_are_replaced() -> None:
     """A worker that is stopped between two batches never says that the next has begun."""
-    options = PoolOptions(answer_limit=0.5)
-    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once, options=options)
+    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once, answer_limit=0.5)
     try:
         pool.submit([(0, {"x": 0.0})]).result(timeout=60)
         (first,) = pool.processes
@@ -161,7 +160,7 @@ def test_workers_end_with_their_parent(tmp_path: Path) -> None:
 
     script = """
 import sys, time
-from damagepred.campaign.workers import LocalPool, PoolOptions, SharedPool
+from damagepred.campaign.workers import LocalPool, SharedPool
 from tests.campaign.test_workers import at_once, troubled
 pool = LocalPool("", 2, None, troubled, at_once)
 pool.submit([(6, {"x": 1.0})]); pool.submit([(16, {"x": 1.0})])

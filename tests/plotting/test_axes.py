@@ -15,13 +15,12 @@ OF_WALLS = [
     "draw_wall",
     "draw_cracks",
     "draw_history",
-    "draw_dpc_opening",
 ]
 
 
 def test_one_figure_takes_drawings_side_by_side(on_dpc: xr.Dataset) -> None:
     figure, axes = plt.subplots(2, 4, figsize=(30, 14), layout="constrained")
-    for variable, ax in zip(("stress_xx", "contact_opening", "opening_width_change"), axes[1]):
+    for variable, ax in zip(("stress_xx", "contact_opening", "opening_width_change", "dpc_opening"), axes[1]):
         assert plotting.draw(on_dpc, variable, ax) is ax
     for name, ax in zip(OF_WALLS, axes.flat):
         assert getattr(plotting, name)(on_dpc, ax) is ax

@@ -6,7 +6,7 @@ from matplotlib.collections import PolyCollection
 
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
-from damagepred.plotting import draw, draw_footing, draw_wall
+from damagepred.plotting import draw, draw_wall
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import footing_blocks, footing_rise, ground_profile
 from damagepred.plotting.sheet import plain_number
@@ -80,12 +80,12 @@ def test_the_footing_goes_where_the_archive_says(on_jacks):
     assert (np.diff(x) > 0).all()
     middle, ends = np.interp(0.6, x, rise), (rise[0] + rise[-1]) / 2
     assert ends - middle == pytest.approx(float(on_jacks.central_deflection[-1]), rel=1e-9)
-    ax = draw_footing(on_jacks)[0]
+    ax = draw(on_jacks, "footing_rise")
     assert ax.lines[-1].get_ydata() == pytest.approx(1e3 * rise)
 
 
 def test_what_has_no_footing_is_refused(on_dpc):
-    with pytest.raises(InputError, match="this drawing needs"):
-        draw_footing(on_dpc)
+    with pytest.raises(InputError, match="variable = 'footing_rise'"):
+        draw(on_dpc, "footing_rise")
     with pytest.raises(InputError, match="variable = 'jack_load'"):
         draw(on_dpc, "jack_load")

@@ -5,9 +5,9 @@ import pytest
 from matplotlib.colors import to_rgba
 
 from damagepred.errors import InputError
-from damagepred.plotting import draw, draw_dpc_opening, draw_history
+from damagepred.plotting import draw, draw_history
 from damagepred.plotting.colours import CATEGORY_COLOURS
-from damagepred.plotting.footing import open_stretches
+from damagepred.plotting.geometry import open_stretches
 
 
 def texts(ax):
@@ -26,10 +26,10 @@ def test_open_stretches_are_interpolated():
     assert open_stretches(x, np.full(5, 2.0), 1.0) == [(0.0, 4.0)]
 
 
-def test_no_dpc_is_said_and_no_openings_are_refused(cracked):
-    assert "no dpc" in texts(draw_dpc_opening(cracked))
-    with pytest.raises(InputError, match="variable = 'opening_width_change'"):
-        draw(cracked, "opening_width_change")
+@pytest.mark.parametrize("variable", ["dpc_opening", "footing_rise", "opening_width_change"])
+def test_variables_of_parts_that_a_wall_lacks_are_refused(cracked, variable):
+    with pytest.raises(InputError, match=f"variable = '{variable}'"):
+        draw(cracked, variable)
 
 
 def test_width_of_an_opening_with_one_jamb_is_unknown(on_dpc):

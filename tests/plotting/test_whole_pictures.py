@@ -17,7 +17,6 @@ import damagepred
 from damagepred import plotting
 from damagepred.archive.schema import VARIABLES
 from damagepred.plotting.analyses import draw_scales
-from damagepred.plotting.cracks import cracks_sheet
 from damagepred.plotting.pictures import half_way, stress_sheet, stress_sheets
 from damagepred.plotting.sheet import figure_of
 from damagepred.scene import Scene
@@ -255,8 +254,8 @@ PICTURES: dict[str, tuple[str, Draw]] = {
     "wall_on_mound": ("on_mound", plotting.draw_wall),
     "wall_tested": ("pier", plotting.draw_wall),
     "wall_of_halves": ("broken", plotting.draw_wall),
-    "cracks": ("cracked", cracks_sheet),
-    "cracks_of_dpc": ("on_dpc", lambda ds: cracks_sheet(ds, 1)),
+    "cracks": ("cracked", plotting.draw_cracks),
+    "cracks_of_dpc": ("on_dpc", lambda ds: plotting.draw_cracks(ds, increment=1)),
     "cracks_of_halves": ("broken", plotting.draw_cracks),
     "stress_rigid": ("on_dpc", lambda ds: stress_sheets(ds)["stress_xx.png"]),
     "stress_elastic": ("elastic", lambda ds: plotting.draw(ds, "stress_smallest")),
@@ -268,11 +267,10 @@ PICTURES: dict[str, tuple[str, Draw]] = {
     "contacts": ("on_dpc", lambda ds: plotting.draw(ds, "contact_shear_stress")),
     "contact_states": ("door", lambda ds: plotting.draw(ds, "contact_state")),
     "gridpoints": ("deformable", lambda ds: plotting.draw(ds, "gridpoint_displacement_x")),
-    "dpc": ("on_dpc", plotting.draw_dpc_opening),
-    "dpc_none": ("cracked", plotting.draw_dpc_opening),
-    "bed_on_footing": ("on_mound", lambda ds: plotting.draw_dpc_opening(ds, bed="footing")),
-    "footing_on_jacks": ("on_jacks", plotting.draw_footing),
-    "footing_on_mound": ("on_mound", plotting.draw_footing),
+    "dpc": ("on_dpc", lambda ds: plotting.draw(ds, "dpc_opening")),
+    "bed_on_footing": ("on_mound", lambda ds: plotting.draw(ds, "footing_opening")),
+    "footing_on_jacks": ("on_jacks", lambda ds: plotting.draw(ds, "footing_rise")),
+    "footing_on_mound": ("on_mound", lambda ds: plotting.draw(ds, "footing_rise")),
     "sections": ("on_jacks", lambda ds: plotting.draw(ds, "section_moment")),
     "jack_load": ("on_jacks", lambda ds: plotting.draw(ds, "support_load", plotting.draw(ds, "jack_load", label="a"))),
     "opening_width": ("on_dpc", lambda ds: plotting.draw(ds, "opening_width_change")),

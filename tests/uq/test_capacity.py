@@ -12,7 +12,7 @@ from damagepred.analyses.limit_state import Question, margin
 from damagepred.analyses.variance_shares import _output_of
 from damagepred.enumerations import SampleStatus
 from damagepred.uq.capacity import capacities, censored_before, probability_reached, reached_by
-from damagepred.uq.exceedance import category_capacities, exceedance, known_hits, pseudo_values, running_probability
+from damagepred.uq.exceedance import category_capacities, exceedance, known_hits, pseudo_values
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.movement_distribution import as_distribution
 from damagepred.uq.stopping import StopWhen
@@ -81,7 +81,6 @@ def test_all_agree_at_an_increment(category: int, mark: int, ended: bool) -> Non
         assert found.estimate.value == pytest.approx(truth.mean())
         curve = fit_fragility(ds, model="empirical", categories=[category], bootstrap=0, points=9)
         assert float(curve["probability"][0, mark]) == pytest.approx(truth.mean())
-        assert running_probability(ds, category, at).value[-1] == pytest.approx(truth.mean())
 
 
 @pytest.mark.parametrize("wall", [0, 1, *range(8, 20)])

@@ -17,7 +17,6 @@ from damagepred.uq.exceedance import (
     estimate_exceedance,
     exceedance,
     pseudo_values,
-    running_probability,
 )
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.movement_distribution import SITE, as_distribution
@@ -167,8 +166,6 @@ def test_every_reader_gives_the_same_number(weighted: bool, failing: bool, at: f
                 column = "probability" if key == "value" else f"probability_{key}"
                 assert float(found[column][s, category - 1, 0]) == getattr(one.estimate, key)
             assert int(found["unknown"][s, category - 1, 0]) == one.failed + one.not_followed
-            running = running_probability(ds, category, at)
-            assert (running.value[-1], running.upper[-1]) == (one.estimate.value, one.estimate.upper)
             assert one.failed_undamaged <= one.estimate.value <= one.failed_damaged
     np.testing.assert_array_equal(found["difference"], found["probability"] - found["probability"][0])
     assert (found["difference_lower"] <= found["difference"]).all()

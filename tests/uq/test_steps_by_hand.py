@@ -42,7 +42,7 @@ from damagepred.uq.selection import (
     select_cheapest,
     select_least_expected,
 )
-from damagepred.uq.sensitivity import rank_correlation, saltelli_points
+from damagepred.uq.sensitivity import sensitivity_indices
 from damagepred.uq.subset import Level, SubsetEstimate, _mean_of_runs, _variation, subset_simulation
 from damagepred.uq.survey_likelihood import censored, vague_log_likelihood
 
@@ -353,15 +353,6 @@ def test_the_least_expected_cost_by_pairs_of_samples() -> None:
 # -- sensitivity -------------------------------------------------------------------------------------------------------
 
 
-def test_base_points_share_all_but_one_column() -> None:
-    rows = saltelli_points(3, 8, 5).reshape(8, 5, 3)
-    for k in range(3):
-        others = [j for j in range(3) if j != k]
-        np.testing.assert_array_equal(rows[:, k + 1, k], rows[:, 4, k])
-        np.testing.assert_array_equal(rows[:, k + 1][:, others], rows[:, 0][:, others])
-    assert not np.isin(rows[:, 0], rows[:, 4]).any()
-
-
 def test_partial_rank_correlation_leaves_out_the_other_input() -> None:
     """Of three ranks: (r_xy - r_xz r_yz) / sqrt((1 - r_xz^2) (1 - r_yz^2)); weights count as repetitions."""
     random = np.random.default_rng(7)
@@ -369,7 +360,7 @@ def test_partial_rank_correlation_leaves_out_the_other_input() -> None:
     z = 0.6 * x + random.standard_normal(60)
     y = x - 0.5 * z + 0.5 * random.standard_normal(60)
     count = random.integers(1, 4, 60)
-    found = rank_correlation({"x": x, "same": np.ones(60), "z": z}, y, weight=count * 0.5, resamples=0)
+    found = sensitivity_indices({"x": x, "same": np.ones(60), "z": z}, y, weight=count * 0.5, resamples=0)
     assert found["variable"].values.tolist() == ["x", "z"]
     many = [np.repeat(v, count) for v in (x, z, y)]
     xy, zy, xz = (stats.spearmanr(many[i], many[j]).statistic for i, j in ((0, 2), (1, 2), (0, 1)))

@@ -6,7 +6,7 @@ import pytest
 from damagepred.analyses.epistemic import Alternative
 from damagepred.cli.sentences import estimate_lines
 from damagepred.errors import InputError
-from damagepred.uq.exceedance import exceedance, median_movement, running_probability
+from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.fragility import fit_surface
 from tests.uq.test_stopping import study
 
@@ -34,7 +34,6 @@ def test_censored_walls_count_up_to_their_end() -> None:
     width = found.estimate.upper - found.estimate.lower
     whole = exceedance(study(np.array([0.0035, 0.5, 0.0075, 0.5])), 1, 0.01).estimate
     assert whole.upper - whole.lower < width < 1.0
-    assert running_probability(ds, 1, 0.01).value[-1] == found.estimate.value
 
 
 @pytest.mark.parametrize("single", [False, True])
@@ -46,9 +45,8 @@ def test_unknown_names_are_refused_in_all_branches(single: bool, begun: bool) ->
         ds = ds.isel(increment=-1)
     if not begun:
         ds = ds.drop_vars("damage_category")
-    for read in (exceedance, running_probability):
-        with pytest.raises(InputError, match="no variable 'typo'"):
-            read(ds, 1, 0.007, intensity="typo")
+    with pytest.raises(InputError, match="no variable 'typo'"):
+        exceedance(ds, 1, 0.007, intensity="typo")
     with pytest.raises(InputError, match="no variable 'typo'"):
         median_movement(ds, 1, intensity="typo")
 

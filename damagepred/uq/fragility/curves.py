@@ -16,15 +16,7 @@ from damagepred.errors import InputError, require_confidence, require_count, req
 from damagepred.formatting import options_text
 from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.uq.capacity import (
-    StudyCapacities,
-    category_number,
-    failure_bounds,
-    highest_category,
-    read_capacities,
-    require_categories,
-    without_damaged_at_start,
-)
+from damagepred.uq import capacity
 from damagepred.uq.estimate import normal_factor, wilson
 from damagepred.uq.fragility import goodness
 from damagepred.uq.fragility.bands import Band, confidence_band, draw, draw_parameters, effective_reached, unknown_band
@@ -131,11 +123,6 @@ def fit_fragility(
         attributes Akaike's criterion of separate dispersions and of a common one, ``aic_separate`` and ``aic_common``,
         from ``aic_walls`` walls, and the ``movements`` of the increments where all walls have the same.
 
-    Raises
-    ------
-    InputError
-        If the dataset has no finished sample or not the variables needed.
-
     Notes
     -----
     A curve ends where walls end. Where its median lies beyond the largest movement to which a wall was followed, its
@@ -167,18 +154,20 @@ def fit_fragility(
     require_confidence(confidence)
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
     wanted = (
-        list(range(1, highest_category(ds) + 1)) if categories is None else [category_number(ds, c) for c in categories]
+        list(range(1, capacity.highest_category(ds) + 1))
+        if categories is None
+        else [capacity.category_number(ds, c) for c in categories]
     )
     if not wanted:
         raise InputError("categories: are none; name one or more.")
     if any(b <= a for a, b in itertools.pairwise(wanted)):
         raise InputError(f"categories = {wanted}: must ascend, each given once.")
-    require_categories(ds, wanted)
+    capacity.require_categories(ds, wanted)
     require_count("seed", seed, 0)
     for what, number, least in (("bootstrap", bootstrap, 0), ("goodness", goodness, 0), ("points", points, 2)):
         require_count(what, number, least)
         require_number(what, number, least, LARGEST_COUNT)
-    walls = read_capacities(ds, wanted, name)
+    walls = capacity.read_capacities(ds, wanted, name)
     grid = np.linspace(0.0, walls.largest, points)
     request = _Request(model, confidence, bootstrap, goodness, seed, wanted, grid, options)
     columns, more = _curves(walls, request)
@@ -206,7 +195,7 @@ def _each_category(lower: FloatArray, upper: FloatArray, weight: FloatArray) -> 
     return [group_intervals(low[None], high[None], weight) for low, high in zip(lower, upper)]
 
 
-def _curves(walls: StudyCapacities, request: _Request) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
+def _curves(walls: capacity.StudyCapacities, request: _Request) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
     """Columns of the dataset, and its attributes that belong to all curves together."""
     options, read = request.options, walls.capacities
     reached = np.isfinite(read.upper)
@@ -220,7 +209,7 @@ def _curves(walls: StudyCapacities, request: _Request) -> tuple[dict[str, NDArra
     columns["empirical"] = np.array([curve.probability(request.grid) for curve in empirical])
     if request.model == "empirical":
         return columns | _without_form(alone, walls, request), {}
-    before, walls = read.upper <= 0, walls._replace(capacities=without_damaged_at_start(read))
+    before, walls = read.upper <= 0, walls._replace(capacities=capacity.without_damaged_at_start(read))
     lower, upper = walls.capacities.lower, walls.capacities.upper
     if before.any():
         alone = _each_category(lower, upper, walls.weight)
@@ -311,7 +300,9 @@ def _empirical(cells: GroupedIntervals, single: bool, weight: FloatArray | None 
     return isotonic(lower, upper, weight) if single else turnbull(lower, upper, weight)
 
 
-def _without_form(alone: list[GroupedIntervals], walls: StudyCapacities, request: _Request) -> dict[str, NDArray[Any]]:
+def _without_form(
+    alone: list[GroupedIntervals], walls: capacity.StudyCapacities, request: _Request
+) -> dict[str, NDArray[Any]]:
     """Empirical curves in place of the lognormal ones; their medians have quantiles of resampled walls."""
     rows = []
     for k, cells in enumerate(alone):
@@ -363,7 +354,7 @@ def _finite(movement: float) -> float:
     return movement if np.isfinite(movement) else np.nan
 
 
-def _failed_bounds(walls: StudyCapacities) -> tuple[tuple[FloatArray, FloatArray], ...]:
+def _failed_bounds(walls: capacity.StudyCapacities) -> tuple[tuple[FloatArray, FloatArray], ...]:
     """Intervals with all failed walls undamaged to the end, and with all damaged in the increment where they failed."""
     read = walls.capacities
     if walls.single:
@@ -372,10 +363,10 @@ def _failed_bounds(walls: StudyCapacities) -> tuple[tuple[FloatArray, FloatArray
         following = walls.marks[np.minimum(np.searchsorted(walls.marks, read.lower, side="right"), walls.increments)]
     else:
         following = read.lower + read.end / walls.increments
-    return failure_bounds(read.lower, read.upper, read.failed, read.end, np.maximum(following, read.lower))
+    return capacity.failure_bounds(read.lower, read.upper, read.failed, read.end, np.maximum(following, read.lower))
 
 
-def _with_failed(walls: StudyCapacities, fits: list[Fit], request: _Request) -> dict[str, NDArray[Any]]:
+def _with_failed(walls: capacity.StudyCapacities, fits: list[Fit], request: _Request) -> dict[str, NDArray[Any]]:
     """Medians and curves with all failed walls undamaged, and with all damaged."""
     columns: dict[str, NDArray[Any]] = {}
     grid, options, some = request.grid, request.options, walls.capacities.failed.any()
@@ -393,7 +384,7 @@ def _with_failed(walls: StudyCapacities, fits: list[Fit], request: _Request) -> 
 
 
 def _judged(
-    fits: list[Fit], empirical: list[Npmle], walls: StudyCapacities, request: _Request
+    fits: list[Fit], empirical: list[Npmle], walls: capacity.StudyCapacities, request: _Request
 ) -> dict[str, NDArray[Any]]:
     """Distances of the curves from the empirical ones, and the p-values of their misfit."""
     gap, chance = np.full((2, len(fits)), np.nan)
@@ -405,7 +396,7 @@ def _judged(
     return {"distance": gap, "p_value": chance}
 
 
-def _criteria(fits: list[Fit], walls: StudyCapacities, options: FragilityOptions) -> dict[str, float]:
+def _criteria(fits: list[Fit], walls: capacity.StudyCapacities, options: FragilityOptions) -> dict[str, float]:
     """Akaike's criterion of separate dispersions and of a common one, of the categories that have curves."""
     good = [k for k, fit in enumerate(fits) if fit.status == FITTED]
     if len(good) < 2:
@@ -420,7 +411,7 @@ def _criteria(fits: list[Fit], walls: StudyCapacities, options: FragilityOptions
     }
 
 
-def _note(fit: Fit, cells: GroupedIntervals, walls: StudyCapacities, share: float, request: _Request) -> str:
+def _note(fit: Fit, cells: GroupedIntervals, walls: capacity.StudyCapacities, share: float, request: _Request) -> str:
     """Cautions for the reader of a curve."""
     if fit.status != FITTED:
         return ""

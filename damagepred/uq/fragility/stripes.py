@@ -83,11 +83,6 @@ def stripes(studies: Mapping[float, xr.Dataset], intensity: str | None = None) -
         go with them.
     intensity : str, optional
         What the movement is measured by; by default the studies' own.
-
-    Raises
-    ------
-    InputError
-        If there are none.
     """
     if not studies:
         raise InputError("stripes: there must be a study for at least one movement.")

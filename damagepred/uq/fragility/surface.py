@@ -19,23 +19,10 @@ from damagepred.errors import InputError, nearest
 from damagepred.formatting import options_text
 from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.uq.capacity import (
-    category_number,
-    read_capacities,
-    require_categories,
-    without_damaged_at_start,
-)
+from damagepred.uq import capacity
+from damagepred.uq.fragility import fit
 from damagepred.uq.fragility.bands import confidence_band, draw_parameters, effective_reached, unknown_band
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
-from damagepred.uq.fragility.fit import (
-    EXTRAPOLATED,
-    FITTED,
-    BoundedMedian,
-    GroupedIntervals,
-    StartShare,
-    group_intervals,
-    reasons_not_fitted,
-)
 from damagepred.uq.fragility.likelihood import linear_bounds, maximise_likelihood
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.intensity import attributes, chosen_intensity
@@ -106,9 +93,9 @@ def fit_surface(
     (('second', 'intensity'), 'joint.friction')
     """
     name = chosen_intensity(ds, intensity)
-    category = category_number(ds, category)
-    require_categories(ds, [category])
-    walls = read_capacities(ds, [category], name)
+    category = capacity.category_number(ds, category)
+    capacity.require_categories(ds, [category])
+    walls = capacity.read_capacities(ds, [category], name)
     z = _second(ds, second)[walls.sample]
     finite = np.isfinite(z)
     if not finite.any() or np.ptp(z[finite]) == 0:
@@ -117,8 +104,8 @@ def fit_surface(
     if logarithmic and (z[finite] <= 0).any():
         raise InputError(f"second = '{second}': has values that are not positive; take scale = 'linear'.")
     before = walls.capacities.upper[0] <= 0
-    capacities = without_damaged_at_start(walls.capacities)
-    cells = group_intervals(
+    capacities = capacity.without_damaged_at_start(walls.capacities)
+    cells = fit.group_intervals(
         np.vstack((capacities.lower[:, finite], z[finite])),
         np.vstack((capacities.upper[:, finite], z[finite])),
         walls.weight[finite],
@@ -131,7 +118,7 @@ def fit_surface(
     grid = np.linspace(0.0, walls.largest, points[0])
     model = _Regression(cells, logarithmic, options)
     columns, attrs = _fitted(model, grid, grid_z, confidence, bootstrap, generator(seed, Stream.BOOTSTRAP, category))
-    _bound_by_walls(columns, StartShare.of(before[finite], walls.weight[finite], confidence), walls.largest)
+    _bound_by_walls(columns, fit.StartShare.of(before[finite], walls.weight[finite], confidence), walls.largest)
     reached = np.isfinite(walls.capacities.upper)
     columns |= {
         "reached": ((), int(reached.sum())),
@@ -165,7 +152,7 @@ def fit_surface(
     )
 
 
-def _bound_by_walls(columns: dict[str, Any], start: StartShare, largest: float) -> None:
+def _bound_by_walls(columns: dict[str, Any], start: fit.StartShare, largest: float) -> None:
     """Add the share of walls damaged at the start, and end the medians at the largest movement of the walls."""
     for name in ("probability", "probability_lower", "probability_upper"):
         dims, value, attrs = columns[name]
@@ -173,12 +160,14 @@ def _bound_by_walls(columns: dict[str, Any], start: StartShare, largest: float) 
     for end, value in zip(("", "_lower", "_upper"), start):
         words = {"units": "1", "long_name": "share of walls in the category or worse before any movement"}
         columns[f"share_at_start{end}"] = ((), value, words)
-    bounded = BoundedMedian.of(columns["median"][1], columns["median_lower"][1], columns["median_upper"][1], largest)
+    bounded = fit.BoundedMedian.of(
+        columns["median"][1], columns["median_lower"][1], columns["median_upper"][1], largest
+    )
     for column, value in bounded._asdict().items():
         name = "median" if column == "median" else f"median_{column}"
         columns[name] = ("second", value, dict(columns.get(name, columns["median"])[2]))
-    if columns["fit_status"][1] == FITTED and np.isfinite(bounded.extrapolated).all():
-        columns["fit_status"] = ((), EXTRAPOLATED)
+    if columns["fit_status"][1] == fit.FITTED and np.isfinite(bounded.extrapolated).all():
+        columns["fit_status"] = ((), fit.EXTRAPOLATED)
 
 
 def _second(ds: xr.Dataset, name: str) -> FloatArray:
@@ -196,8 +185,8 @@ def _second(ds: xr.Dataset, name: str) -> FloatArray:
 class _Regression(Estimator):
     """Estimator of 1/dispersion and (a, b) over the dispersion, x counted from its mean."""
 
-    def __init__(self, cells: GroupedIntervals, logarithmic: bool, options: FragilityOptions) -> None:
-        capacities = GroupedIntervals(cells.lower[:1], cells.upper[:1], cells.weight, cells.number)
+    def __init__(self, cells: fit.GroupedIntervals, logarithmic: bool, options: FragilityOptions) -> None:
+        capacities = fit.GroupedIntervals(cells.lower[:1], cells.upper[:1], cells.weight, cells.number)
         super().__init__([0], capacities, options)
         self.logarithmic = logarithmic
         x = self._scaled(cells.lower[1])
@@ -227,14 +216,14 @@ def _fitted(
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """Variables of the dataset, and Akaike's criterion with and without the second variable."""
     options, rows = model.options, model.regressors(grid_z)
-    status = reasons_not_fitted(model.cells, options=options)[0] or FITTED
+    status = fit.reasons_not_fitted(model.cells, options=options)[0] or fit.FITTED
     parameters, dispersion_alone = np.full(3, np.nan), np.nan
     bands = [unknown_band(len(grid))] * (len(rows) + 1)
     attrs: dict[str, float] = {}
-    if status == FITTED:
+    if status == fit.FITTED:
         plain = CompositeLikelihood([0], model.cells, options)
-        dispersion_alone, status = 1.0 / plain.estimate[0], model.no_dispersion() or FITTED
-    if status == FITTED:
+        dispersion_alone, status = 1.0 / plain.estimate[0], model.no_dispersion() or fit.FITTED
+    if status == fit.FITTED:
         parameters = model.estimate
         attrs = {
             "aic_with": 6.0 - 2.0 * model.value(parameters),
