@@ -13,7 +13,7 @@ import xarray as xr
 from damagepred import compare_scales
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.campaign.settings import read_frozen
-from damagepred.cli import terminal
+from damagepred.cli import tables
 from damagepred.plotting import draw_category_shares
 from damagepred.report.caveats import study_caveats
 from damagepred.results.rejudge import shares
@@ -49,7 +49,7 @@ def _caveats(ds: xr.Dataset, folder: Path) -> Any:
 def _levels(ds: xr.Dataset, _: Path) -> Any:
     level = np.minimum(ds["damage_category"].values, 2).astype(np.int8)
     flags = {"flag_meanings": "free sticks_slightly sticks"}
-    (said,) = terminal._levels(ds.assign(opening_sticking=(ds["damage_category"].dims, level, flags)))
+    (said,) = tables._levels(ds.assign(opening_sticking=(ds["damage_category"].dims, level, flags)))
     return [float(share) for share in re.findall(r"([\d.]+)%", said)]
 
 

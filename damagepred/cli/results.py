@@ -114,6 +114,7 @@ def infer_command(
     from damagepred.analyses.back_analysis import infer, prices
     from damagepred.analyses.inference_options import InferenceOptions
     from damagepred.analyses.posterior_tables import reported
+    from damagepred.cli import tables
     from damagepred.errors import InputError
     from damagepred.report.back_analysis import posterior_cautions
     from damagepred.scene.survey_tables import SUFFIXES
@@ -132,7 +133,7 @@ def infer_command(
     if json:
         terminal.print_json(reported(posterior))
         return
-    terminal.back_analysis(posterior)
+    tables.back_analysis(posterior)
 
 
 @opt.app.command()
@@ -176,6 +177,7 @@ def fragility(
     quiet: opt.Quiet = False,
 ) -> None:
     """Fit fragility curves to a study."""
+    from damagepred.cli import tables
     from damagepred.cli.sentences import surface_lines
     from damagepred.errors import InputError
     from damagepred.results.house import study_of
@@ -222,9 +224,9 @@ def fragility(
     if json:
         terminal.print_json(curves)
     else:
-        terminal.fragility_table(curves)
+        tables.fragility_table(curves)
         if intensity == "time":
-            terminal.year_table(study, confidence)
+            tables.year_table(study, confidence)
     if note := footing_gap_note(study):
         terminal.note(f"note: {note}")
 
@@ -291,6 +293,7 @@ def sensitivity(
 ) -> None:
     """Rank the inputs of a study by their influence on damage: rank correlations and shares of variance."""
     from damagepred.analyses.variance_shares import study_sensitivity
+    from damagepred.cli import tables
     from damagepred.errors import InputError
     from damagepred.results.house import study_of
 
@@ -307,7 +310,7 @@ def sensitivity(
     if json:
         terminal.print_json(indices)
     else:
-        terminal.sensitivity_tables(indices)
+        tables.sensitivity_tables(indices)
 
 
 @opt.app.command()
@@ -361,6 +364,7 @@ def scales_command(
     quiet: opt.Quiet = False,
 ) -> None:
     """Judge a wall or a study by all published scales and limits that ship, and show their agreement."""
+    from damagepred.cli import tables
     from damagepred.results.scales import compare_scales
 
     agreement = compare_scales(opt.open_result(path), increment)
@@ -368,7 +372,7 @@ def scales_command(
     if json:
         terminal.print_json(agreement)
         return
-    terminal.scales(agreement)
+    tables.scales(agreement)
 
 
 @opt.app.command()

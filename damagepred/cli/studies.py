@@ -90,6 +90,7 @@ def status(
 ) -> None:
     """Show walls done, failed and left, and the present estimate; the study may be running."""
     from damagepred.campaign.status import study_status, watching
+    from damagepred.cli import tables
 
     if watch:
         terminal.silent()
@@ -99,7 +100,7 @@ def status(
             continue
         if watch:
             terminal.clear()
-        terminal.status(report)
+        tables.status(report)
 
 
 @opt.app.command()
@@ -206,6 +207,7 @@ def design_command(
 ) -> None:
     """Search the cheapest alternative with unlikely damage, or the least expected cost; the same command resumes."""
     from damagepred.analyses.design_search import price_of_search, search_design
+    from damagepred.cli import tables
 
     terminal.note(price_of_search(file, workers))
     with terminal.ReplayBar("solving walls of alternatives") as bar:
@@ -220,7 +222,7 @@ def design_command(
     if json:
         terminal.print_json(search)
         return
-    terminal.design_search(search)
+    tables.design_search(search)
 
 
 @opt.app.command("portfolio")
@@ -246,6 +248,7 @@ def portfolio_command(
 ) -> None:
     """Assess a street: one row per house in, one row per house out; the same command resumes."""
     from damagepred.analyses.portfolio import assess_portfolio, map_columns, price_of_portfolio, write_portfolio
+    from damagepred.cli import tables
     from damagepred.scene.number_table import read_number_table
 
     if table is not None and table.suffix == ".gpkg":
@@ -272,6 +275,6 @@ def portfolio_command(
     if json:
         terminal.print_json(street)
     else:
-        terminal.portfolio(street)
+        tables.portfolio(street)
     if street["failed"].any():
         raise typer.Exit(opt.SOME_FAILED)

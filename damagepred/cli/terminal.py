@@ -1,4 +1,4 @@
-"""Output of the command line: messages, progress, tables."""
+"""Output of the command line: messages, JSON, progress, the grid of a table."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import threading
 import time
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, is_dataclass, replace
+from dataclasses import asdict, dataclass, is_dataclass
 from typing import IO, TYPE_CHECKING, Any, Self, cast
 
 from rich.console import Console
@@ -26,10 +26,6 @@ from damagepred.inputs.text import controls_escaped
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import pandas as pd
-    import xarray as xr
-
-    from damagepred.campaign.status import StudyStatus
     from damagepred.one_wall.judged_path import Step
     from damagepred.results.tables import Table
     from damagepred.study import Progress as StudyProgress
@@ -242,6 +238,11 @@ def lines(messages: Iterable[str]) -> None:
     """Print messages, each on lines of its own."""
     for message in messages:
         say(message)
+
+
+def cautions(said: Sequence[str]) -> None:
+    """Print cautions on the solution of walls."""
+    lines(f"caution: {line}" for line in said)
 
 
 def note(message: str) -> None:
@@ -461,273 +462,3 @@ class ReplayBar(_Progress):
     def walls(self, state: StudyProgress) -> None:
         """Show the number of new walls done."""
         self._progress.update(self._task, completed=state.done, total=state.total, left="new walls")
-
-
-def status(report: StudyStatus) -> None:
-    """Print the status of a study, and the shares of its categories."""
-    from damagepred.cli.sentences import status_lines
-
-    lines(status_lines(report))
-    title = "Share of walls by category reached by the end of the movement"
-    table(title, ["category", "walls", "share", "or worse", "90 % interval", "failed counted"], share_rows(report))
-
-
-def share_rows(report: StudyStatus) -> list[list[str]]:
-    """Rows of the table of categories of a status."""
-    from damagepred.archive.schema import CATEGORIES
-
-    return [
-        [
-            f"{c.category} {CATEGORIES[c.category].replace('_', ' ')}",
-            *(str(c.walls), f"{c.share:.3f}", f"{c.or_worse:.3f}", f"{c.lower:.3f} - {c.upper:.3f}"),
-            f"{c.failed_undamaged:.3f} - {c.failed_damaged:.3f}" if report.failed else "-",
-        ]
-        for c in report.categories
-    ]
-
-
-def back_analysis(posterior: xr.Dataset) -> None:
-    """Print the posterior of causes, movement and future damage, and the discrepancy of the model."""
-    from damagepred.analyses.posterior_tables import posterior_tables
-    from damagepred.report.answers import posterior_answer
-
-    show(*posterior_tables(posterior))
-    say(posterior_answer(posterior))
-
-
-def design_search(search: xr.Dataset) -> None:
-    """Print the alternatives of a design search, the cheapest first, the value of each measure, and the choice."""
-    import numpy as np
-
-    quantity = str(search.attrs["quantity"])
-    by_cost = quantity == "expected_cost"
-    words = ("undecided", "best", "dearer") if by_cost else ("dearer or undecided", "meets", "does not meet")
-    order = np.argsort(search["cost"].values, kind="stable")
-    what, digits = ("cost of repair", ".0f") if by_cost else ("probability", ".3f")
-    columns = ("alternative", "cost", quantity.replace("_", " "), "lower", "upper", "samples", "decision")
-    names = (quantity, f"{quantity}_lower", f"{quantity}_upper")
-    rows = [
-        [
-            str(one["alternative"].values),
-            f"{float(one['cost']):g}",
-            *(f"{float(one[name]):{digits}}" for name in names),
-            str(int(one["samples"])),
-            words[int(one["decision"])],
-        ]
-        for one in (search.isel(alternative=int(k)) for k in order)
-    ]
-    table(search.attrs["title"], columns, rows)
-    rows = [
-        [
-            str(m["measure"].values),
-            f"{float(m['value']):+{digits}}",
-            f"{float(m['value_error']):{digits}}",
-            f"{float(m['extra_cost']):g}",
-        ]
-        for m in (search.isel(measure=k) for k in range(search.sizes["measure"]))
-    ]
-    table("Value of each measure", ("measure", f"change of the {what}", "standard error", "extra cost"), rows)
-    doubt = search[f"{quantity}_unfollowed"].values
-    if np.nanmax(doubt) > 0:
-        worst, largest = str(search["alternative"].values[np.nanargmax(doubt)]), f"{np.nanmax(doubt):{digits}}"
-        count_as = "need the dearest repair" if by_cost else "be damaged"
-        say(f"walls that failed, or were not followed as far, are taken to {count_as}: {largest} of '{worst}' at most")
-    chosen = search.attrs["chosen"]
-    say(f"chosen: {chosen}" if chosen else "no alternative is known to meet the target")
-    if by_cost:
-        say(f"its expected cost exceeds the least by {search.attrs['regret']:.0f} at most")
-    if search.attrs["sure"]:
-        say(f"this selection is right with a probability of {search.attrs['confidence']:.0%} or more")
-    else:
-        better, keys = ("better", "target.most or target.tolerance") if by_cost else ("cheaper", "target.most")
-        say(f"a {better} alternative is undecided; a larger {keys} decides it")
-
-
-def portfolio(street: xr.Dataset, most: int = 20) -> None:
-    """Print the houses with the most likely damage, and the expected number of damaged houses."""
-    import numpy as np
-
-    from damagepred.results.tables import most_damaged_first
-
-    probability = street["probability"].transpose("house", "category").values
-    order = most_damaged_first(street)
-    shown = order if FORM.full else order[:most]
-    categories = street["category"].values.tolist()
-    rows = [
-        [str(one["house"].values), str(one["at"].values), str(int(one["walls"])), str(int(one["failed"]))]
-        + [_chance_with_interval(one.sel(category=c)) for c in categories]
-        for one in (street.isel(house=int(k)) for k in shown)
-    ]
-    heads = ("house", str(street.attrs["measure"]), "walls", "failed", *(f"P(>= {c})" for c in categories))
-    table(f"{street.attrs['title']}: {len(order)} houses", heads, rows)
-    if len(shown) < len(order):
-        say(f"{len(order) - len(shown)} houses with less likely damage are not shown; --full shows them")
-    for c, column in zip(categories, probability.T):
-        unknown = int(np.isnan(column).sum())
-        also = f"; unknown for {unknown}, whose walls were not followed as far" if unknown else ""
-        say(f"category {c} or worse: {np.nansum(column):.3g} houses to be expected of {len(order) - unknown}{also}")
-
-
-def _chance_with_interval(one: xr.Dataset) -> str:
-    value, lower, upper = (float(one[f"probability{end}"]) for end in ("", "_lower", "_upper"))
-    return f"{value:.2f} ({lower:.2f} - {upper:.2f})" if value == value else f"{lower:.2f} to {upper:.2f}"
-
-
-def wall_table(ds: xr.Dataset) -> None:
-    """Print the path of a wall, one line per increment."""
-    from damagepred.archive.cautions import wall_cautions
-    from damagepred.cli.sentences import zones_lines
-    from damagepred.results.house import is_house
-    from damagepred.results.rejudge import footing_gap_note
-    from damagepred.results.tables import Table, energy_rows, path_columns, quality_rows
-
-    show(Table.brief(ds.attrs["title"], path_columns(ds)))
-    if is_house(ds):
-        house_tables(ds)
-    lines(zones_lines(ds))
-    say("; ".join(" ".join(filter(None, row)) for row in quality_rows(ds)))
-    if energy := energy_rows(ds):
-        say("energy (J): " + "; ".join(f"{what} {value}" for what, value in energy))
-    cautions([*wall_cautions(ds), *filter(None, [footing_gap_note(ds)])])
-
-
-def house_tables(ds: xr.Dataset) -> None:
-    """Print the walls of a house, where they meet, and the sides of its rooms."""
-    from damagepred.archive.schema import category_label
-    from damagepred.results.tables import Table, corner_columns, room_columns, wall_columns
-
-    category, damaged = category_label(ds, int(ds["damage_category"][-1])), int(ds["damaged_walls"][-1])
-    show(
-        Table.brief(f"walls at the end; house, by its worst wall: {category}; damaged: {damaged}", wall_columns(ds)),
-        Table.brief("corners at the end: upward force of the first wall on the second", corner_columns(ds)),
-    )
-    if FORM.full:
-        show(Table.brief("sides of the rooms at the end", room_columns(ds)))
-    else:
-        say("--full shows the sides of the rooms")
-
-
-def cautions(said: Sequence[str]) -> None:
-    """Print cautions on the solution of walls."""
-    lines(f"caution: {line}" for line in said)
-
-
-def crack_table(cracks: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None:
-    """Print cracks by part of the wall, the widest first; a summary has only the widest."""
-    from damagepred.results.tables import Table, crack_columns
-    from damagepred.uq.intensity import movement_measure, movement_words
-
-    measure = movement_measure(cracks)
-    at = f"a {movement_words(cracks)} of {1e3 * float(cracks[measure][-1]):.3g} mm"
-    if frame.empty:
-        say(
-            f"{cracks.attrs['title']}: nothing has opened or slid by more than "
-            f"{1e3 * cracks.attrs['hairline']:g} mm at {at}"
-        )
-        return
-    widest = frame.nlargest(most, "crack_width", keep="first").index
-    shown = frame if FORM.full else frame.loc[sorted(widest)]
-    show(Table.brief(f"{cracks.attrs['title']}: cracks at {at}", crack_columns(shown)))
-    if (shown["crack_length_through_blocks"] > 0).any():
-        say("* runs through bricks, too")
-    if len(frame) > len(shown):
-        say(f"and {len(frame) - len(shown)} narrower ones; --full shows them, --csv writes them all")
-
-
-def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
-    """Print categories before and after another judgement: of a study's walls at worst, or of a wall's increments."""
-    from damagepred.archive.schema import category_label
-    from damagepred.results.house import is_house
-    from damagepred.results.tables import Column, Table, path_columns, wall_columns, worst_category_columns
-
-    title = str(before.attrs.get("title", ""))
-    if "sample" in before["damage_category"].dims:
-        columns = worst_category_columns({"before": before, "after": after})
-        show(Table.brief(f"{title}: walls by the worst category of their path", columns))
-    else:
-        was = [category_label(before, int(c)) for c in before["damage_category"].values]
-        columns = path_columns(after)
-        at = [column.name for column in columns].index("category")
-        columns[at : at + 1] = Column("", was, short="category\nbefore"), replace(columns[at], short="category\nafter")
-        show(Table.brief(f"{title}: judged again", columns))
-    if is_house(before) and "contact" in before.dims:
-        was = [category_label(before, int(c)) for c in before["wall_damage_category"].values[-1]]
-        name, width, category, *_ = wall_columns(after)
-        columns = [name, width, Column("", was, short="category\nbefore"), replace(category, short="category\nafter")]
-        show(Table.brief("walls at the end", columns))
-    lines([*str(after.attrs["judgement"]).split("; "), *_levels(after)])
-
-
-def scales(agreement: xr.Dataset) -> None:
-    """Print each scale, the share of states beyond its first limit, and its agreement with each other scale."""
-    names = [str(name) for name in agreement["scale"].values]
-    heads = ["scale", "beyond\nits first\nlimit", *(f"as {k + 1}" for k in range(len(names))), "confidence"]
-    rows = [
-        [
-            f"{k + 1} {name}",
-            *(f"{share:.2f}" for share in (float(one["share_reached"]), *one["agreement"].values)),
-            str(one["confidence"].values),
-        ]
-        for k, name in enumerate(names)
-        for one in [agreement.isel(scale=k)]
-    ]
-    table(f"{agreement.attrs['title']}: share of states that two scales judge alike", heads, rows)
-    if agreement.attrs["left_out"]:
-        say(f"left out: {agreement.attrs['left_out']}")
-
-
-def _levels(ds: xr.Dataset) -> list[str]:
-    """Shares of walls, or the worst increment, out of level or plumb or with sticking openings, in words."""
-    import numpy as np
-
-    from damagepred.archive.schema import flag_name
-    from damagepred.uq.capacity import sample_weights
-
-    said = []
-    for name, what in (("deviation_level", "out of level or plumb"), ("opening_sticking", "doors and windows")):
-        if name not in ds or not ds[name].size:
-            continue
-        many = "sample" in ds[name].dims
-        worst = ds[name].values.reshape(ds.sizes["sample"] if many else 1, -1).max(axis=1)
-        shares = (
-            f"{np.average(worst == level, weights=sample_weights(ds)):.1%} {flag_name(ds, level, name)}"
-            for level in np.unique(worst)
-        )
-        said.append(f"{what}, at worst: {', '.join(shares) if many else flag_name(ds, int(worst[0]), name)}")
-    return said
-
-
-def fragility_table(curves: xr.Dataset) -> None:
-    """Print medians and dispersions of fragility curves with their bands, and how well they fit."""
-    from damagepred.results.rejudge import measure_in_words
-    from damagepred.results.tables import Table, curve_columns, curve_notes
-    from damagepred.uq.fragility.fit import WITH_CURVE
-    from damagepred.uq.intensity import movement_words
-
-    title = f"{curves.attrs['title']}, against the {movement_words(curves)}"
-    show(Table.brief(title, curve_columns(curves)))
-    if not FORM.full:
-        for category, why in zip(curves["category"].values, curves["fit_status"].values):
-            if why not in WITH_CURVE:
-                say(f"category {category}: {why}")
-    say(f"categories by the {measure_in_words(curves)}")
-    lines(curve_notes(curves))
-
-
-def year_table(ds: xr.Dataset, confidence: float) -> None:
-    """Print the probability of each category by year, of the worst category up to then and of the present one."""
-    from damagepred.results.tables import Table, year_columns
-
-    show(Table.brief(f"{ds.attrs['title']}: share of walls by year", year_columns(ds, confidence)))
-
-
-def sensitivity_tables(indices: xr.Dataset) -> None:
-    """Print the sensitivity of a study's damage to its inputs."""
-    from damagepred.results.tables import Table, sensitivity_columns
-
-    title = f"{indices.attrs['title']}: {indices.attrs['output']}, {indices.attrs['walls']} walls"
-    show(Table.brief(title, sensitivity_columns(indices)))
-    if indices.attrs["share_censored"]:
-        say(f"{indices.attrs['share_censored']:.0%} of the walls had not reached it: they share the highest ranks")
-    if indices.attrs["samples_failed"]:
-        say(f"{indices.attrs['samples_failed']} failed walls count as far as they were followed")

@@ -91,6 +91,7 @@ def solve(
 ) -> None:
     """Solve one wall; of a study file, the wall with every variable at its mean."""
     from damagepred.assembly import Limits
+    from damagepred.cli import tables
     from damagepred.one_wall.solve import solve as solve_wall
 
     described, settings = _described(file)
@@ -112,7 +113,7 @@ def solve(
         from damagepred.analyses.mean_wall import beyond_mean_wall
 
         terminal.say(f"{mean_wall}\n{beyond_mean_wall(ds, settings, file)}")
-    terminal.wall_table(ds)
+    tables.wall_table(ds)
     _say_ground(described, settings)
     raise typer.Exit(opt.exit_code(ds))
 
@@ -128,11 +129,12 @@ def replay(
 ) -> None:
     """Solve one wall of a study again, the very same, and keep all its fields."""
     from damagepred.campaign.replay import replay as replay_sample
+    from damagepred.cli import tables
 
     with terminal.Bar(f"sample {sample}") as bar:
         ds, comparison = replay_sample(folder, sample, on_step=bar.step)
     opt.keep_wall(ds, output, plot)
-    terminal.wall_table(ds)
+    tables.wall_table(ds)
     terminal.say(comparison)
     raise typer.Exit(opt.exit_code(ds))
 
@@ -151,6 +153,7 @@ def cracks_command(
 ) -> None:
     """Show the cracks of a solved wall at the end of its path, one by one."""
     from damagepred.archive.files import read_dataset
+    from damagepred.cli import tables
     from damagepred.exports import write_csv
     from damagepred.results.wall_cracks import crack_frame
     from damagepred.results.wall_cracks import cracks as cracks_of
@@ -163,7 +166,7 @@ def cracks_command(
     if json:
         terminal.print_json(crack_frame(cracks))
     else:
-        terminal.crack_table(cracks, crack_frame(cracks))
+        tables.crack_table(cracks, crack_frame(cracks))
 
 
 @opt.app.command("judge")
@@ -192,6 +195,7 @@ def judge_command(
     quiet: opt.Quiet = False,
 ) -> None:
     """Judge a wall or a study again under another damage table or other rules, without solving it."""
+    from damagepred.cli import tables
     from damagepred.results.rejudge import judge_again
 
     before = opt.open_result(path)
@@ -207,7 +211,7 @@ def judge_command(
         band_gauge=None if band_gauge is None else terminal.quantity("--band-gauge", band_gauge, "m"),
     )
     opt.keep_wall(after, output)
-    terminal.judged_again(before, after)
+    tables.judged_again(before, after)
 
 
 @opt.app.command("materials")

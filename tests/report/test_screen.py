@@ -16,7 +16,7 @@ import xarray as xr
 from rich.console import Console
 
 from damagepred.archive.folder import StudyFolder
-from damagepred.cli import terminal
+from damagepred.cli import tables, terminal
 from damagepred.cli.sentences import surface_lines, zones_lines
 from damagepred.results.rejudge import judge_again, shares
 from damagepred.results.tables import curve_notes, energy_rows, quality_rows
@@ -90,7 +90,7 @@ def test_every_number_of_a_wall(wall: xr.Dataset, shown: Screen) -> None:
     for name in ("unbalanced_force_ratio", "joint_law_violation"):  # largest before the end
         ds[name] = "increment", 1e-7 * np.arange(steps, 0, -1)
     ds["footing_separation_length"] = wall["footing_separation_length"].copy(data=0.12 * np.arange(steps))
-    terminal.wall_table(ds)
+    tables.wall_table(ds)
     expected = {
         f"surface\nmovement\n{UNIT}": each(ds["surface_movement"]),
         f"deflection\n{UNIT}": each(ds["central_deflection"]),
@@ -160,7 +160,7 @@ def test_every_number_of_cracks(wall: xr.Dataset, shown: Screen) -> None:
     found = cracks(wall)
     frame = crack_frame(found)
     assert frame.equals(crack_frame(wall))  # without the product of all its dimensions
-    terminal.crack_table(found, frame)
+    tables.crack_table(found, frame)
     slope = [
         [] if o in ("horizontal", "vertical") else [np.round(i)]
         for o, i in zip(frame["crack_orientation"], frame["crack_inclination"])
@@ -187,7 +187,7 @@ def test_every_number_of_fragility_curves(tmp_path: Path, shown: Screen) -> None
     """With failed walls, whose bounds are said below the table in its unit."""
     folder = synthetic_study(tmp_path / "house.dp", 40, failed=(3, 11, 17, 30))
     curves = fit_fragility(StudyFolder(folder).results(), bootstrap=20)
-    terminal.fragility_table(curves)
+    tables.fragility_table(curves)
     ((_, heads, rows),) = shown.tables
     band = f"({curves.attrs['confidence']:.0%} band)"
     failed = "if all\nfailed walls were\nundamaged, or damaged"
@@ -216,7 +216,7 @@ def test_every_number_of_fragility_curves(tmp_path: Path, shown: Screen) -> None
     median = float(curves["median"][0])
     for unit, head, cell in (("m-1", "median 1/m\n", f"{median:.3g} ("), ("1", "median\n", f"1/{1 / median:.0f} (")):
         curves["intensity"].attrs["units"] = unit
-        terminal.fragility_table(curves)
+        tables.fragility_table(curves)
         _, heads, others = shown.tables.pop()
         assert heads[1].startswith(head)
         assert others[0][1].startswith(cell)
@@ -229,7 +229,7 @@ def test_every_number_of_another_judgement(wall: xr.Dataset, tmp_path: Path, sho
         after[name] = "increment", factor * 1e-3 * np.arange(1.0, after.sizes["increment"] + 1)
     after["damage_category"].values[:] = np.arange(after.sizes["increment"]) % 3  # another than before
     assert (after["damage_category"].values != wall["damage_category"].values).any()
-    terminal.judged_again(wall, after)
+    tables.judged_again(wall, after)
     ((_, heads, rows),) = shown.tables
     columns = dict(zip(heads, zip(*rows)))
     for head, values, unit in (
@@ -247,7 +247,7 @@ def test_every_number_of_another_judgement(wall: xr.Dataset, tmp_path: Path, sho
     shown.tables.clear()
     study = StudyFolder(synthetic_study(tmp_path / "house.dp", 40)).results()
     after = judge_again(study, measure="band")
-    terminal.judged_again(study, after)
+    tables.judged_again(study, after)
     ((_, _, rows),) = shown.tables
     was, now = shares(study), shares(after)
     assert was != now
@@ -286,7 +286,7 @@ def test_every_number_of_a_sensitivity(shown: Screen) -> None:
             "samples_failed": 5,
         },
     )
-    terminal.sensitivity_tables(found)
+    tables.sensitivity_tables(found)
     ((title, heads, rows),) = shown.tables
     assert title == "house: capacity, 96 walls"
     assert heads == ["input", *(f"{w}\n(80% interval)" for w in ("rank correlation", "partial", "share of variance"))]
@@ -296,7 +296,7 @@ def test_every_number_of_a_sensitivity(shown: Screen) -> None:
             banded(cell, found.sel(variable=name), column)
     assert [line[:8] for line in shown.lines] == ["13% of t", "5 failed"]
     shown.tables.clear(), shown.lines.clear()
-    terminal.sensitivity_tables(found.assign_attrs(share_censored=0.0, samples_failed=0))
+    tables.sensitivity_tables(found.assign_attrs(share_censored=0.0, samples_failed=0))
     assert len(shown.tables) == 1
     assert not shown.lines
 
