@@ -14,7 +14,7 @@ TOLERANCE = 3e-10
 """Largest error of a value, relative to the largest next to it, or to a millionth of the standard deviation (1)."""
 LARGEST_NORMAL = 6.0
 """Standard normals beyond are solved one by one: rarer than two in 10^9, and far beyond scipy is not reliable."""
-INITIAL_CELL, SMALLEST_CELL = 0.5, 2e-4
+INITIAL_CELL, NARROWEST_CELL = 0.5, 2e-4
 """Width of the cells in standard normals; without a good polynomial in the smallest, values are solved one by one."""
 DEGREE = 7
 """Degree of the polynomials."""
@@ -84,7 +84,7 @@ def _table(marginal: Marginal) -> tuple[FloatArray, FloatArray]:
         powers[0, constant] = x[0, constant]
         error = np.abs(np.vander(between, DEGREE + 1, increasing=True) @ powers - between_x).max(axis=0)
         good = error <= TOLERANCE * np.maximum(np.abs(x).max(axis=0), least)
-        given_up = ~good & (half < SMALLEST_CELL)
+        given_up = ~good & (half < NARROWEST_CELL)
         powers[:, given_up] = np.nan
         settled = good | given_up
         done_left.append(remaining[settled])

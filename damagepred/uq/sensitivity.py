@@ -13,7 +13,7 @@ from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.estimate import effective_samples, normal_factor
 from damagepred.uq.random_streams import Stream, generator
 
-FEWEST_WALLS = 10
+LEAST_WALLS = 10
 """Walls below which sensitivity is refused."""
 BOOTSTRAP_WALLS = 20_000
 """Walls in a resample at most; the error of more walls is scaled by the root of their number."""
@@ -78,10 +78,10 @@ def _checked(
     varying = {name: v for name, v in columns.items() if np.ptp(v) > 0}
     if not varying:
         raise InputError("inputs: all are constant.")
-    if walls < FEWEST_WALLS or not (scores := _scores(y, w)).size or np.ptp(scores) == 0:
+    if walls < LEAST_WALLS or not (scores := _scores(y, w)).size or np.ptp(scores) == 0:
         raise InputError(
             f"the output: has {walls} values, from {finite.min():g} to {finite.max():g}; "
-            f"sensitivity takes at least {FEWEST_WALLS} walls that differ."
+            f"sensitivity takes at least {LEAST_WALLS} walls that differ."
         )
     return list(varying), np.array(list(varying.values())), y, w
 
