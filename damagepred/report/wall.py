@@ -173,23 +173,30 @@ def _history(ds: xr.Dataset) -> Drawing:
 
 def damage_parts(ds: xr.Dataset) -> list[Part]:
     """Drawings and tables of the damage to one wall."""
-    from damagepred import plotting
+    from damagepred.plotting import draw
 
     gaps, beam = shown_gaps(ds), "section_x" in ds.variables
+    dpc, bed = "Opening of the damp-proof course along the wall", "Opening of the bed"
+    along, moment = "along the wall at several movements", "Bending moment in the footing along the wall"
     drawn = (
-        ("dpc" in gaps, "dpc", "dpc_opening", "Opening of the damp-proof course along the wall"),
-        ("footing" in gaps, "footing-gap", "footing_opening", "Opening of the bed on the footing along the wall"),
-        (bool(ds.sizes.get("opening")), "openings", "opening_width_change", "Change of width of each opening"),
-        (beam, "footing", "footing_rise", "Rise of the footing along the wall"),
-        (beam, "moment", "section_moment", "Bending moment in the footing, sagging positive"),
-        (beam, "curvature", "section_curvature", "Curvature of the footing, sagging positive"),
+        ("dpc" in gaps, "dpc", "dpc_opening", f"{dpc}.", f"{dpc} at several movements"),
+        (
+            "footing" in gaps,
+            *("footing-gap", "footing_opening", f"{bed} between first course and footing along the wall."),
+            f"{bed} on the footing {along}",
+        ),
+        (
+            ds.sizes.get("opening"),
+            *("openings", "opening_width_change", "Change of width of the openings; widening is positive."),
+            "Change of width of each opening against the movement",
+        ),
+        (beam, "footing", "footing_rise", "Rise of the footing along the wall.", f"Rise of the footing {along}"),
+        (beam, "moment", "section_moment", f"{moment}, sagging positive.", f"{moment} at several movements"),
     )
-    figures = (
-        drawing(name, f"{what}.", f"{what} as the ground moves", plotting.draw(ds, variable))
-        for shown, name, variable, what in drawn
-        if shown
-    )
-    return [*crack_parts(ds), *figures]
+    return [
+        *crack_parts(ds),
+        *(drawing(name, caption, label, draw(ds, key)) for there, name, key, caption, label in drawn if there),
+    ]
 
 
 def wall_drawing(
