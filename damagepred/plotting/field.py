@@ -93,7 +93,7 @@ def draw(
         return _draw_stress(ds, variable.removeprefix("zone_"), ax, increment, exaggeration, levels)
     if "sample" in ds.dims:
         return draw_paths(ds, variable, ax)
-    kinds = ds["contact_kind"].values if "contact_opening" in ds.variables else []
+    kinds: Any = ds["contact_kind"].values if "contact_opening" in ds.variables else ()
     along = [f"{bed}_opening" for bed, kind in BEDS.items() if kind in kinds]
     along += ["footing_rise"] if "section_x" in ds.variables else []
     if variable in along:
