@@ -8,6 +8,7 @@ import pytest
 
 import damagepred
 from damagepred import Scene, Study
+from damagepred.damage import own_table, share_of_limit
 from damagepred.errors import InputError
 from damagepred.scene import Damage
 from tests.cli.conftest import command as command
@@ -148,6 +149,14 @@ def test_names_go_to_curves_tables_exports_and_pictures(study, tmp_path: Path) -
     np.testing.assert_array_equal(damagepred.judge_again(wall)["damage_category"].values, expected(wall, STATES))
     for picture in (plotting.draw_history(wall), plotting.draw_wall(wall), plotting.draw_category_shares(study)):
         picture.figure.savefig(tmp_path / "picture.png")
+
+
+def test_the_limit_of_rare_events_is_the_share_of_the_nearest_threshold() -> None:
+    table = own_table([{"name": "a"}, {"name": "b", "width": 1e-3, "psi": 2.0}, {"name": "c", "length": 4.0}])
+    stored = {"crack_width_max": 0.4e-3, "psi": 1.0, "crack_length_total": 3.0}
+    assert share_of_limit(table, stored, 1) == pytest.approx(0.75)  # state b is reached with state c: its length counts
+    assert share_of_limit(table, stored | {"psi": 1.9}, 1) == pytest.approx(0.95)
+    assert share_of_limit(table, stored, 2) == pytest.approx(0.75)
 
 
 @pytest.mark.parametrize(
