@@ -68,12 +68,13 @@ def read_text(path: str | Path, largest: int = LARGEST_DESCRIPTION) -> str:
 
 
 def as_text(content: bytes, source: str | Path) -> str:
-    """Text from the bytes of a file in UTF-8, with or without a byte order mark; ``source``: its name, for messages."""
+    """Text of a file in UTF-8, or in UTF-16 with its byte order mark; ``source``: its name, for messages."""
     try:
-        text = content.decode("utf-8-sig")
+        text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
     except UnicodeDecodeError:
-        kind = "UTF-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "Latin-1 or another code"
-        raise InputError(f"{source}: is not a text file in UTF-8 (it may be {kind}); save it as UTF-8.") from None
+        raise InputError(
+            f"{source}: is not a text file in UTF-8 (it may be Latin-1 or another code); save it as UTF-8."
+        ) from None
     if "\0" in text[:1000]:
         raise InputError(f"{source}: is not a text file in UTF-8 (it may be UTF-16); save it as UTF-8.")
     return text
