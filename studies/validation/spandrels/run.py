@@ -26,9 +26,9 @@ from damagepred.arrays import FloatArray  # noqa: E402
 from damagepred.campaign.settings import StudySettings  # noqa: E402
 
 PANEL = HERE / "panel.toml"
-VARIANT_WALLS = 12
+VARIANT_WALLS = 8
 """Walls of each variant, at most."""
-BASE_POINTS = 32
+BASE_POINTS = 16
 """Base points of the crossed walls."""
 
 
