@@ -231,7 +231,7 @@ class SlopeObservation(Reading):
     value : float
         Slope, such as ``"3 mm/m"``.
     error : float
-        Its standard error.
+        Standard error of the slope.
     """
 
     value: Pure = Field(ge=0)
