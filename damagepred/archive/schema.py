@@ -331,9 +331,7 @@ OF_HOUSE = {
 }
 for _name in BY_WALL:
     _path = VARIABLES[_name]
-    OF_HOUSE[f"wall_{_name}"] = replace(
-        _path, dims=(*_path.dims, "wall"), long_name=f"{_path.long_name}, of each wall"
-    )
+    OF_HOUSE[f"wall_{_name}"] = replace(_path, dims=(*_path.dims, "wall"), long_name=f"{_path.long_name}, of each wall")
 VARIABLES |= OF_HOUSE
 
 END_VARIABLES = (
