@@ -134,7 +134,7 @@ def wall_values(parts: Sequence[xr.Dataset]) -> dict[str, np.ndarray]:
             each = [part[name].values if name in part.variables else missing for part in parts]
             values[f"wall_{name}"] = np.stack(each, axis=-1)
             if name not in NOT_OF_HOUSE:
-                values[name] = np.nanmax(values[f"wall_{name}"], axis=-1)
+                values[name] = np.fmax.reduce(values[f"wall_{name}"], axis=-1)
     values["damaged_walls"] = (values["wall_damage_category"] >= 1).sum(axis=-1)
     return values
 
