@@ -10,9 +10,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.schema import (
-    BY_WALL,
     CATEGORY_VARIABLES,
-    VARIABLES,
     category_attributes,
     dataset,
     wall_attributes,
@@ -23,14 +21,10 @@ from damagepred.assembly.model import Model
 from damagepred.damage import Rules, Verdict
 from damagepred.one_wall.dataset import collect, path_values
 from damagepred.one_wall.judged_path import Step, follow_wall, gauges, judged, model_of
+from damagepred.results.house import of_all_walls
 from damagepred.runtime.one_thread import each_with_one_blas_thread, one_blas_thread
 from damagepred.scene import Damage, House, Scene, Solver
 from damagepred.solvers import Increment, solve_path
-
-PLACES = ("block", "contact", "vertex", "opening", "section")
-"""Dimensions along which the walls of a house follow each other."""
-NOT_OF_HOUSE = ("central_deflection", "deflection_ratio", "base_reaction")
-"""Results of each wall whose largest value says nothing about the house; the reaction is a sum."""
 
 
 @each_with_one_blas_thread
@@ -105,7 +99,7 @@ def collect_house(
             if scene.opening:
                 part[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
         parts.append(part)
-    values = _of_all_walls([{str(name): v.values for name, v in part.variables.items()} for part in parts])
+    values = of_all_walls([{str(name): v.values for name, v in part.variables.items()} for part in parts])
     _number_on(values, "vertex_block", "vertex_wall", [m.n_blocks for m in model.walls])
     _number_on(values, "contact_interface", "contact_wall", [len(m.interfaces.kind) for m in model.walls])
     _number_on(values, "contact_joint", "contact_wall", [len(m.joints.kind) for m in model.walls])
@@ -128,30 +122,7 @@ def collect_house(
 def house_values(model: HouseModel, steps: Sequence[Step]) -> dict[str, Any]:
     """Variables of whole increments: of each wall, and of the house by its worst wall; see ``path_values``."""
     parts = [path_values(wall, [s.walls[number] for s in steps]) for number, wall in enumerate(model.walls)]
-    return _of_all_walls(parts) | {"wall": np.arange(len(parts), dtype=np.int8)}
-
-
-def _of_all_walls(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Values of all walls together: blocks and contacts one after the other, results of each wall and the largest."""
-    values: dict[str, Any] = {}
-    sizes: dict[str, list[int]] = {}
-    for name in dict.fromkeys(name for part in parts for name in part):
-        arrays, dims = [part[name] for part in parts if name in part], VARIABLES[name].dims
-        if (place := next((dim for dim in PLACES if dim in dims), None)) is not None:
-            axis = dims.index(place)
-            values[name] = np.concatenate(arrays, axis=axis)
-            sizes[place] = [part[name].shape[axis] if name in part else 0 for part in parts]
-        elif name in BY_WALL:
-            missing = np.full(arrays[0].shape, np.nan)
-            values[f"wall_{name}"] = np.stack([part.get(name, missing) for part in parts], axis=-1)
-            if name not in NOT_OF_HOUSE:
-                values[name] = np.fmax.reduce(values[f"wall_{name}"], axis=-1)
-        else:
-            values[name] = arrays[0]
-    values |= {f"{place}_wall": np.repeat(np.arange(len(parts)), size) for place, size in sizes.items()}
-    values["base_reaction"] = values["wall_base_reaction"].sum(axis=-1)
-    values["damaged_walls"] = (values["wall_damage_category"] >= 1).sum(axis=-1)
-    return values
+    return of_all_walls(parts) | {"wall": np.arange(len(parts), dtype=np.int8)}
 
 
 def _number_on(values: dict[str, Any], name: str, wall: str, counts: Sequence[int]) -> None:

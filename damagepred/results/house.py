@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from damagepred.archive.folder import open_study
-from damagepred.archive.schema import BY_WALL, OF_HOUSE, Variable
+from damagepred.archive.schema import BY_WALL, OF_HOUSE, VARIABLES, Variable
 from damagepred.enumerations import ContactState, PathStatus
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
@@ -125,16 +125,26 @@ def fallen_wall(ds: xr.Dataset) -> int:
     return int(ds["block_wall"].values[moved.argmax()])
 
 
-def wall_values(parts: Sequence[xr.Dataset]) -> dict[str, np.ndarray]:
-    """Results of each wall as ``wall_<name>``, the largest of all walls as ``<name>``, number of damaged walls."""
-    values: dict[str, np.ndarray] = {}
-    for name in BY_WALL:
-        if (holder := next((part for part in parts if name in part.variables), None)) is not None:
-            missing = np.full(holder[name].shape, np.nan)
-            each = [part[name].values if name in part.variables else missing for part in parts]
-            values[f"wall_{name}"] = np.stack(each, axis=-1)
+def of_all_walls(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Values of all walls together: blocks and contacts one after the other, results of each wall and the largest."""
+    values: dict[str, Any] = {}
+    sizes: dict[str, list[int]] = {}
+    for name in dict.fromkeys(name for part in parts for name in part):
+        arrays, dims = [part[name] for part in parts if name in part], VARIABLES[name].dims
+        if (place := next((dim for dim in PLACES if dim in dims), None)) is not None:
+            axis = dims.index(place)
+            values[name] = np.concatenate(arrays, axis=axis)
+            sizes[place] = [part[name].shape[axis] if name in part else 0 for part in parts]
+        elif name in BY_WALL:
+            missing = np.full(arrays[0].shape, np.nan)
+            values[f"wall_{name}"] = np.stack([part.get(name, missing) for part in parts], axis=-1)
             if name not in NOT_OF_HOUSE:
                 values[name] = np.fmax.reduce(values[f"wall_{name}"], axis=-1)
+        else:
+            values[name] = arrays[0]
+    values |= {f"{place}_wall": np.repeat(np.arange(len(parts)), size) for place, size in sizes.items()}
+    if "wall_base_reaction" in values:
+        values["base_reaction"] = values["wall_base_reaction"].sum(axis=-1)
     values["damaged_walls"] = (values["wall_damage_category"] >= 1).sum(axis=-1)
     return values
 

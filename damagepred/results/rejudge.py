@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.schema import (
+    BY_WALL,
     CATEGORIES,
     CATEGORY_VARIABLES,
     FLAG_FILL,
@@ -41,7 +42,7 @@ from damagepred.enumerations import ContactKind, ContactState, PathStatus, Sampl
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import read_toml
-from damagepred.results.house import is_house, wall_dataset, wall_names, wall_values
+from damagepred.results.house import is_house, of_all_walls, wall_dataset, wall_names
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Damage
 from damagepred.scene.reading import build
@@ -171,7 +172,8 @@ def archived_table(ds: xr.Dataset) -> DamageTable:
 
 def _put_walls(ds: xr.Dataset, parts: list[xr.Dataset]) -> None:
     """Set the results of each wall of a house; a house with its contacts then has the largest of all walls."""
-    for name, value in wall_values(parts).items():
+    results = [{name: part[name].values for name in BY_WALL if name in part} for part in parts]
+    for name, value in of_all_walls(results).items():
         if name.startswith("wall_") or "contact" in ds.dims:
             like = next(
                 (part[name.removeprefix("wall_")] for part in parts if name.removeprefix("wall_") in part), None
@@ -179,8 +181,6 @@ def _put_walls(ds: xr.Dataset, parts: list[xr.Dataset]) -> None:
             attributes = VARIABLES[name].attributes() if like is None else like.attrs
             dims = VARIABLES[name].dims if "sample" not in ds.dims else ("sample", *VARIABLES[name].dims)
             ds[name] = (dims, value, attributes | {"long_name": VARIABLES[name].long_name})
-    if "contact" in ds.dims:
-        ds["crack_group_width"].values[:] = np.max([part["crack_group_width"].values for part in parts], axis=0)
 
 
 def archived_rules(ds: xr.Dataset) -> Rules:
