@@ -27,7 +27,7 @@ NOT_KNOWN = -1
 FEWEST = 0.8
 """Share of the walls that must count for quantiles over them to be drawn."""
 
-_NEEDED = ("damage_category", "central_deflection", "status")
+_NEEDED = ("damage_category", "status")
 _STUDY = "a study as `damagepred.open_study` returns it"
 
 

@@ -76,7 +76,7 @@ def study_limits(ds: xr.Dataset, confidence: float = 0.9) -> Section | None:
 
     Walls that are each known at their own movement alone cannot be counted at one.
     """
-    if ds["damage_category"].ndim == 1:
+    if ds["damage_category"].ndim == 1 or limit_measure(ds) not in ds.variables:  # a house has many deflections
         return None
     source, limits = code_limits(float(ds.attrs["span"]))
     of = categories(ds)
