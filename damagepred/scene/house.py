@@ -271,10 +271,7 @@ class House(Scene):
 def require_one_wall(scene: Scene, what: str) -> None:
     """Refuse a house; ``what`` names the function or command."""
     if isinstance(scene, House):
-        raise InputError(
-            f"{what}: takes one wall yet, and the file has {len(scene.wall)} [[wall]]; `damagepred check` and "
-            "`damagepred solve` take a house"
-        )
+        raise InputError(f"{what}: takes one wall, and this is a house of {len(scene.wall)}; give one of its `scenes`.")
 
 
 def house_tables(tables: Mapping[str, Any]) -> dict[str, Any]:

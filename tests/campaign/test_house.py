@@ -14,6 +14,8 @@ from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.status import study_status
 from damagepred.errors import InputError
 from damagepred.one_wall.solve import solve
+from damagepred.plotting import save_study_pictures
+from damagepred.report.limits import study_limits
 from damagepred.results.house import study_of, wall_dataset, wall_names
 from damagepred.scene import House
 
@@ -209,6 +211,12 @@ def test_the_table_of_samples_has_each_wall(folder):
         frame["side_damage_category"].tolist() == ds["wall_damage_category"][:, :, 1].max("increment").values.tolist()
     )
     assert frame["damage_category"].tolist() == ds["damage_category"].max("increment").values.tolist()
+
+
+def test_a_study_of_houses_is_drawn_and_has_no_limits_of_one_footing(folder, tmp_path):
+    ds = open_study(folder)
+    assert len(save_study_pictures(ds, tmp_path)) == 3
+    assert study_limits(ds) is None
 
 
 def test_damage_estimated_of_the_house_and_of_a_wall(folder):
