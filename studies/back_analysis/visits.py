@@ -31,10 +31,10 @@ MONTHS = [LAST - dt.timedelta(days=90 * k) for k in range(12, -1, -1)]
 CATEGORY = 2
 START, END = "<!-- written by visits.py -->", "<!-- end of visits -->"
 SURVEYS = (
-    ("five visits", "steady", 100),
-    ("five visits", "steady step", 100),
-    ("monitor", "steady step", 60),
-    ("monitor", "seasonal", 60),
+    ("five visits", "steady", 80),
+    ("five visits", "steady step", 80),
+    ("monitor", "steady step", 50),
+    ("monitor", "seasonal", 40),
 )
 
 
