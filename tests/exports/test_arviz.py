@@ -33,6 +33,7 @@ def test_inputs_are_the_prior_and_results_its_predictions(tmp_path: Path) -> Non
         damagepred.to_arviz(study.isel(sample=0, drop=True))
 
 
+@pytest.mark.quick_cases
 @pytest.mark.usefixtures("arviz")
 @pytest.mark.parametrize("movement", ["path", "sampled", "both"])
 @pytest.mark.parametrize("weighted", [False, True])

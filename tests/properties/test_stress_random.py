@@ -75,7 +75,7 @@ def answer(tables: dict[str, Any], method: str, blocks: str) -> tuple[list[Any],
 @pytest.mark.parametrize(
     ("method", "blocks"), [("quasi_static", "rigid"), ("explicit", "rigid"), ("quasi_static", "deformable")]
 )
-@settings(max_examples=10, deadline=None, derandomize=True)
+@settings(max_examples=6, deadline=None, derandomize=True)
 @given(tables=scenes())
 def test_any_wall_is_solved_or_refused_in_words(method: str, blocks: str, tables: dict[str, Any]) -> None:
     found, said = answer(tables, method, blocks)

@@ -27,6 +27,7 @@ def scatter_of(correlation: float) -> float:
     return float(part.std() / part.mean())
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("correlation", [0.6, -0.6, 0.9])
 def test_a_shift_includes_the_correlation(correlation: float) -> None:
     """A shift against it increases the standard error five times."""
