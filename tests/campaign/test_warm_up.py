@@ -62,7 +62,6 @@ shrinking_stiffness = 2e7
 """
 
 
-@pytest.mark.thorough
 def test_a_footing_on_a_mound_compiles_nothing_more(tmp_path: Path) -> None:
     file = tmp_path / "mound.toml"
     file.write_text(CRACKED_FOOTING_ON_A_MOUND)
