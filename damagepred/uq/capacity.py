@@ -32,23 +32,12 @@ ROUNDING = 1e-9
 
 
 class Capacities(NamedTuple):
-    """Movement at which each wall first reached a category lies in (lower, upper]; infinite upper: not yet.
+    """Movement at which each wall first reached a category lies in (lower, upper]; infinite upper: not yet."""
 
-    Attributes
-    ----------
-    lower, upper : array (walls,) or (categories, walls)
-        Bounds, in the unit of the movement.
-    failed : array of bool, of the same shape
-        Walls whose path could not be followed to its end, and had not reached the category before. Their lower bound
-        is as far as they were followed.
-    end : array (walls,)
-        Movement to which each wall was to be followed.
-    """
-
-    lower: FloatArray
+    lower: FloatArray  # (walls,) or (categories, walls)
     upper: FloatArray
-    failed: BoolArray
-    end: FloatArray
+    failed: BoolArray  # walls whose path ended too early, without the category
+    end: FloatArray  # (walls,): movement to which each wall was to be followed
 
 
 class StudyCapacities(NamedTuple):
@@ -118,17 +107,7 @@ def highest_category(ds: xr.Dataset) -> int:
 
 @checked
 def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflection") -> Capacities:
-    """Read each wall's capacity for a category from a study.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Study, as for ``read_capacities``.
-    category : int
-        Category that counts as reached from here upwards.
-    intensity : str
-        Name of the movement's measure.
-    """
+    """Capacity of each wall for a category; see ``read_capacities``."""
     read = read_capacities(ds, [category], intensity).capacities
     return Capacities(read.lower[0], read.upper[0], read.failed[0], read.end)
 
@@ -137,28 +116,10 @@ def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflecti
 def read_capacities(
     ds: xr.Dataset, categories: Sequence[int], intensity: str, *, walls_at_once: int = 50_000, between: bool = True
 ) -> StudyCapacities:
-    """Read each wall's capacity for several categories from a study; see the module for its definition.
+    """Capacity of each wall for several categories; the dataset may be on disk.
 
-    Where a study keeps only the end of each wall's movement, the capacity lies below it or above.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        With ``damage_category`` and the intensity on (sample, increment) or on (sample,), and ``status`` on (sample,).
-        It may be on disk.
-    categories : sequence of int
-        Each counts as reached from itself upwards.
-    intensity : str
-        Name of the movement's measure.
-    walls_at_once : int
-        Walls read at a time: a million need no other arrays of their own size than the capacities.
-    between : bool
-        Whether states on the way count, not the end of each path alone.
-
-    Raises
-    ------
-    InputError
-        If the states along the paths are not usable, see ``check_states``.
+    Where a study keeps only the end of each wall's movement, the capacity lies below it or above. ``between``: states on
+    the way count, not the end of each path alone.
     """
     if ds["damage_category"].ndim > 1 and between:
         check_states(ds, intensity)
