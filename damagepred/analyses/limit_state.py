@@ -21,21 +21,11 @@ from damagepred.uq.capacity import ROUNDING, interpolated_capacity
 
 @dataclass(frozen=True)
 class Question:
-    """Question of a rare event: whether a category is reached by a movement.
+    """Question of a rare event: whether a category is reached by a movement."""
 
-    Attributes
-    ----------
-    category : int
-        This category or a worse one.
-    at : float
-        Movement (m): central deflection, or on a mound the surface's movement.
-    reach : float
-        Factor on this movement to which walls are solved, to measure their distance from the category.
-    """
-
-    category: int
-    at: float
-    reach: float = 2.0
+    category: int  # or a worse one
+    at: float  # movement (m): central deflection, or on a mound the surface's movement
+    reach: float = 2.0  # factor on this movement to which walls are solved, to measure their distance from the category
 
     def check(self, settings: StudySettings) -> None:
         """Refuse a question that a study cannot answer."""

@@ -34,27 +34,13 @@ WALLS, WALLS_FAILED_REACHED = "walls.jsonl", "walls_failed_reached.jsonl"
 
 
 class RareEvent(NamedTuple):
-    """Result of a rare event.
+    """Result of a rare event."""
 
-    Attributes
-    ----------
-    estimate : SubsetEstimate
-        Probability with its confidence interval, level by level; failed walls count as undamaged.
-    failed_damaged : SubsetEstimate
-        Estimate of a second run in which failed walls count as damaged, if any failed.
-    failed : int
-        Walls that failed before the movement of the question, in both runs.
-    solved_now : int
-        Walls solved in this call; the others are from the log.
-    programs : tuple of str
-        Versions of the program that solved them.
-    """
-
-    estimate: SubsetEstimate
-    failed_damaged: SubsetEstimate
-    failed: int
-    solved_now: int
-    programs: tuple[str, ...] = ()
+    estimate: SubsetEstimate  # probability with its interval, level by level; failed walls count as undamaged
+    failed_damaged: SubsetEstimate  # of a second run in which failed walls count as damaged, if any failed
+    failed: int  # walls that failed before the movement of the question, in both runs
+    solved_now: int  # walls solved in this call; the others are from the log
+    programs: tuple[str, ...] = ()  # versions of the program that solved them
 
     @property
     def interval(self) -> tuple[float, float]:

@@ -118,8 +118,8 @@ def read_capacities(
 ) -> StudyCapacities:
     """Capacity of each wall for several categories; the dataset may be on disk.
 
-    Where a study keeps only the end of each wall's movement, the capacity lies below it or above. ``between``: states on
-    the way count, not the end of each path alone.
+    Where a study keeps only the end of each wall's movement, the capacity lies below it or above. ``between``: states
+    on the way count, not the end of each path alone.
     """
     if ds["damage_category"].ndim > 1 and between:
         check_states(ds, intensity)
