@@ -37,6 +37,8 @@ from damagepred.scene.plan import PlanWall
 
 GRID = 61
 """Points of the ground along each axis of the plan."""
+BOX = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
+"""Box behind words on bricks."""
 MARGIN = 0.2
 """Plan around the house, over its longer side (1)."""
 
@@ -46,9 +48,9 @@ def draw_plan(house: House, ds: xr.Dataset | None = None, ax: Axes | None = None
     ax, outline, mound = axes_or_new(ax, 8.0, 6.5), house.outline, house.mound
     margin = MARGIN * max(outline.size)
     low, high = np.array(outline.low) - margin, np.array(outline.high) + margin
-    if mound.point is not None:
-        source = np.array(mound.point)
-        low, high = np.minimum(low, source - margin / 2), np.maximum(high, source + margin / 2)
+    sources = [(one.shape, one.point) for one in (mound, *house.source) if one.point is not None]
+    for _, point in sources:
+        low, high = np.minimum(low, np.array(point) - margin / 2), np.maximum(high, np.array(point) + margin / 2)
     if mound.levels:  # known on the grid only
         points = np.array(mound.levels)[:, :2]
         low, high = np.maximum(low, points.min(axis=0)), np.minimum(high, points.max(axis=0))
@@ -62,9 +64,9 @@ def draw_plan(house: House, ds: xr.Dataset | None = None, ax: Axes | None = None
         most = float(np.nanmax(np.abs(rise)))
         ground = ax.contourf(x, y, rise, levels=12, cmap="BrBG", vmin=-most, vmax=most, alpha=0.55)
         figure_of(ax).colorbar(ground, ax=ax, label="movement of the ground, up positive (mm)", shrink=0.75)
-    if mound.point is not None:
-        ax.plot(*mound.point, "^", color="black", markersize=8)
-        ax.annotate(mound.shape, mound.point, (6, 6), textcoords="offset points", fontsize=small(ax))
+    for shape, point in sources:
+        ax.plot(*point, "^", color="black", markersize=8)
+        ax.annotate(shape, point, (6, 6), textcoords="offset points", fontsize=small(ax))
     category = np.zeros(len(house.wall), int) if ds is None else ds["wall_damage_category"].values[-1]
     for wall, c in zip(house.wall, category):
         colour = "#3c3c3c" if ds is None else CATEGORY_COLOURS[c]
@@ -117,7 +119,7 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
                 textcoords="offset points",
                 fontsize=small(ax),
                 zorder=6,
-                bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
+                bbox=BOX,
             )
     for junction in house.junctions:
         for number, x, other in zip(junction.walls, junction.x, junction.walls[::-1]):
@@ -163,8 +165,8 @@ def _worst(ds: xr.Dataset, drawn: Deformed) -> tuple[str, str]:
     return words, f"at {moved_to(ds, drawn.increment)}; {drawn.scale}"
 
 
-AZIMUTH, ELEVATION = np.radians(30.0), np.radians(38.0)
-"""Direction of view of the axonometric drawing."""
+ELEVATION, ACROSS, AWAY = np.radians(38.0), np.array([0.75**0.5, 0.5]), np.array([-0.5, 0.75**0.5])
+"""View of the axonometric drawing: from 38 degrees above; unit vectors in plan across it and away from the viewer."""
 CORNER_REACH = 0.4
 """Distance from a corner (m) within which blocks show how a wall moves there."""
 
@@ -187,45 +189,29 @@ def draw_axonometric(
     for shape, still, number in zip([*drawn.outlines, *drawn.gaps(cracks)], before, [*wall_of, *crack_wall]):
         wall, (x, z), at = house.wall[number], (shape - places[number]).T, still - places[number]
         seen.append(_project(wall.points(x) + lean(number, at)[:, None] * _normal(wall), z))
-        depth.append(float((wall.points(at[:, 0]) @ _away()).mean()))
-    tones = [BRICK_COLOURS[0] if abs(w.direction @ _away()) > 0.6 else BRICK_COLOURS[2] for w in house.wall]
-    fill = [FOOTING_COLOUR if foot else tones[n] for foot, n in zip(drawn.footing, wall_of)]
-    fill += ["white"] * len(crack_wall)
-    edge = [BRICK_EDGE] * len(wall_of) + _crack_colours(ds, cracks.crack)
-    line = [0.25] * len(wall_of) + [1.6] * len(crack_wall)
+        depth.append(float((wall.points(at[:, 0]) @ AWAY).mean()))
+    tones = [BRICK_COLOURS[0] if abs(w.direction @ AWAY) > 0.6 else BRICK_COLOURS[2] for w in house.wall]
+    look = [(FOOTING_COLOUR if foot else tones[n], BRICK_EDGE, 0.25) for foot, n in zip(drawn.footing, wall_of)]
+    look += [("white", colour, 1.6) for colour in _crack_colours(ds, cracks.crack)]
     nearer = np.arange(len(seen)) >= len(wall_of)  # a crack lies over the bricks beside it
     order = np.argsort(0.15 * nearer - np.array(depth), kind="stable")
+    faces, edges, lines = zip(*(look[k] for k in order))
     ax = axes_or_new(ax, 8.0, height_to_scale(np.concatenate(seen), 1.9, 7.6))
-    ax.add_collection(
-        PolyCollection(
-            [seen[k] for k in order],
-            facecolors=[fill[k] for k in order],
-            edgecolors=[edge[k] for k in order],
-            linewidths=[line[k] for k in order],
-            snap=False,
-            label="blocks and cracks",
-        )
-    )
+    style: dict[str, Any] = {"facecolors": faces, "edgecolors": edges, "linewidths": lines, "snap": False}
+    ax.add_collection(PolyCollection([seen[k] for k in order], **style))
     categories = ds["wall_damage_category"].values[increment]
     for number, wall in enumerate(house.wall):
-        top = _project(wall.points(np.array([0.0, wall.length])), np.full(2, wall.height))
-        base = _project(wall.points(np.array([0.0, wall.length])), np.zeros(2))
-        ax.plot(*base.T, color="0.5", linewidth=0.6, linestyle=(0, (6, 4)))
-        words = f"{wall.name}: {categories[number]}"
-        box = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": CATEGORY_COLOURS[categories[number]]}
-        place = {"ha": "center", "va": "bottom", "fontsize": small(ax), "zorder": 6, "bbox": box}
-        ax.annotate(words, tuple(top.mean(axis=0)), (0, 5), textcoords="offset points", **place)  # type: ignore[arg-type]
+        ends = np.array([wall.start, wall.end])
+        ax.plot(*_project(ends, np.zeros(2)).T, color="0.5", linewidth=0.6, linestyle=(0, (6, 4)))
+        x, y = _project(ends, np.full(2, wall.height + 0.15)).mean(axis=0)
+        box = {**BOX, "edgecolor": CATEGORY_COLOURS[categories[number]]}
+        ax.text(x, y, f"{wall.name}: {categories[number]}", ha="center", fontsize=small(ax), zorder=6, bbox=box)
     ax.set_aspect("equal")
     ax.set_axis_off()
     ax.autoscale_view()
     _category_legend(ds, ax, categories)
     set_title(ax, title_of(ds, "house"), *_worst(ds, drawn), "dashed: top of the footings before any movement")
     return ax
-
-
-def _away() -> FloatArray:
-    """Unit vector in plan away from the viewer."""
-    return np.array([-np.sin(AZIMUTH), np.cos(AZIMUTH)])
 
 
 def _normal(wall: PlanWall) -> FloatArray:
@@ -235,8 +221,7 @@ def _normal(wall: PlanWall) -> FloatArray:
 
 def _project(plan: FloatArray, z: FloatArray) -> FloatArray:
     """Places on the drawing (k, 2) of points in plan (k, 2) at heights (k,)."""
-    across = plan @ np.array([np.cos(AZIMUTH), np.sin(AZIMUTH)])
-    return np.column_stack((across, z * np.cos(ELEVATION) + (plan @ _away()) * np.sin(ELEVATION)))
+    return np.column_stack((plan @ ACROSS, z * np.cos(ELEVATION) + (plan @ AWAY) * np.sin(ELEVATION)))
 
 
 def _lean(

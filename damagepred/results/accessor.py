@@ -38,18 +38,7 @@ class DatasetAccessor:
         return [*super().__dir__(), *map(str, self._ds.variables)]
 
     def wall(self, name: str) -> xr.Dataset:
-        """Return the result of one wall of a house, or of a study of houses, as of a wall alone.
-
-        Parameters
-        ----------
-        name : str
-            Name of the wall.
-
-        Raises
-        ------
-        InputError
-            If the dataset is not of a house, or the house has no such wall.
-        """
+        """Return the result of one wall of a house, or of a study of houses, as of a wall alone."""
         from damagepred.results.house import wall_dataset
 
         return wall_dataset(self._ds, name)

@@ -175,12 +175,10 @@ def _put_walls(ds: xr.Dataset, parts: list[xr.Dataset]) -> None:
     results = [{name: part[name].values for name in BY_WALL if name in part} for part in parts]
     for name, value in of_all_walls(results).items():
         if name.startswith("wall_") or "contact" in ds.dims:
-            like = next(
-                (part[name.removeprefix("wall_")] for part in parts if name.removeprefix("wall_") in part), None
-            )
-            attributes = VARIABLES[name].attributes() if like is None else like.attrs
-            dims = VARIABLES[name].dims if "sample" not in ds.dims else ("sample", *VARIABLES[name].dims)
-            ds[name] = (dims, value, attributes | {"long_name": VARIABLES[name].long_name})
+            short, variable = name.removeprefix("wall_"), VARIABLES[name]
+            attributes = next((part[short].attrs for part in parts if short in part), variable.attributes())
+            dims = ("sample", *variable.dims) if "sample" in ds.dims else variable.dims
+            ds[name] = (dims, value, attributes | {"long_name": variable.long_name})
 
 
 def archived_rules(ds: xr.Dataset) -> Rules:
