@@ -108,7 +108,7 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
     widths, categories = (ds[f"wall_{name}"].values[increment] for name in ("crack_width_max", "damage_category"))
     for number, (wall, (left, level)) in enumerate(zip(house.wall, places)):
         words = f"{wall.name}: {MM * widths[number]:.2f} mm, category {categories[number]}"
-        ax.text(left, level + 1.1 * height + 0.2, words, va="bottom", fontsize=small(ax))
+        ax.text(left, level + 1.1 * wall.height + 0.2, words, va="bottom", fontsize=small(ax))
         own = np.flatnonzero(wall_of == number)
         if own.size:
             widest = own[cracks.crack[own].argmax()]
@@ -121,12 +121,15 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
                 zorder=6,
                 bbox=BOX,
             )
+    meet: dict[tuple[int, float], list[str]] = {}
     for junction in house.junctions:
         for number, x, other in zip(junction.walls, junction.x, junction.walls[::-1]):
-            left, level = places[number]
-            side = {0.0: "left", house.wall[number].length: "right"}.get(x, "center")
-            foot = level - house.footing.depth - 0.17 * height
-            ax.text(left + x, foot, house.names[other], ha=side, va="top", fontsize=0.9 * small(ax), color="0.4")
+            meet.setdefault((number, round(x, 3)), []).append(house.names[other])
+    for (number, x), names in meet.items():
+        left, level = places[number]
+        side = {0.0: "left", round(house.wall[number].length, 3): "right"}.get(x, "center")
+        foot = level - house.footing.depth - 0.17 * height
+        ax.text(left + x, foot, ", ".join(names), ha=side, va="top", fontsize=0.9 * small(ax), color="0.4")
     elevation(ax)
     ax.set_xlim(min(0.0, drawn.shape[:, 0].min()) - 0.2, drawn.shape[:, 0].max() + 0.2)
     low = min(y for _, y in places) - house.footing.depth - 0.5 * height
@@ -228,12 +231,14 @@ def _lean(
     house: House, points: FloatArray, moved: FloatArray, wall_of: IntArray
 ) -> Callable[[int, FloatArray], FloatArray]:
     """Displacement across a wall, linear between its corners, where it follows the walls that meet it."""
-    bends: dict[int, list[tuple[float, float, float]]] = {number: [] for number in range(len(house.wall))}
+    bends: dict[int, list[tuple[float, ...]]] = {number: [] for number in range(len(house.wall))}
     for junction in house.junctions:
-        lines = []  # displacement along each of the two walls: at the base, and per height
+        lines = []  # displacement along each of the two walls: of the bricks at the base, and per height; of the footing
         for number, x in zip(junction.walls, junction.x):
             near = (wall_of == number) & (np.abs(points[:, 0] - x) < CORNER_REACH)
-            lines.append(np.polynomial.polynomial.polyfit(points[near, 1], moved[near, 0], 1))
+            bricks, footing = near & (points[:, 1] > 0.0), near & (points[:, 1] < 0.0)
+            fit = np.polynomial.polynomial.polyfit(points[bricks, 1], moved[bricks, 0], 1)
+            lines.append([*fit, moved[footing, 0].mean() if footing.any() else 0.0])
         axes = np.array([house.wall[number].direction for number in junction.walls])
         if abs(np.linalg.det(axes)) > 0.1:
             both = np.linalg.solve(axes, np.array(lines))  # in plan
@@ -243,7 +248,9 @@ def _lean(
     def lean(number: int, at: FloatArray) -> FloatArray:
         if not bends[number]:
             return np.zeros(len(at))
-        x, base, slope = np.array(sorted(bends[number])).T
+        x, base, slope, footing = np.array(sorted(bends[number])).T
+        if at[:, 1].mean() < 0.0:
+            return np.interp(at[:, 0], x, footing)
         return np.asarray(np.interp(at[:, 0], x, base) + at[:, 1] * np.interp(at[:, 0], x, slope))
 
     return lean
