@@ -233,7 +233,7 @@ def _lean(
     """Displacement across a wall, linear between its corners, where it follows the walls that meet it."""
     bends: dict[int, list[tuple[float, ...]]] = {number: [] for number in range(len(house.wall))}
     for junction in house.junctions:
-        lines = []  # displacement along each of the two walls: of the bricks at the base, and per height; of the footing
+        lines = []  # displacement along both walls: of the bricks at the base and per height, of the footing
         for number, x in zip(junction.walls, junction.x):
             near = (wall_of == number) & (np.abs(points[:, 0] - x) < CORNER_REACH)
             bricks, footing = near & (points[:, 1] > 0.0), near & (points[:, 1] < 0.0)
