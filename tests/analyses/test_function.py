@@ -82,7 +82,7 @@ def test_a_wall_that_fails_has_no_category(study: Study, monkeypatch: pytest.Mon
     """Not category 0: whole numbers of a wall without a result are -1, real ones NaN."""
     import damagepred.campaign.sample as module
 
-    honest, calls = module.follow_wall, []
+    honest, calls = module.follow_scene, []
 
     def moody(*arguments: object):
         calls.append(1)
@@ -90,7 +90,7 @@ def test_a_wall_that_fails_has_no_category(study: Study, monkeypatch: pytest.Mon
             raise damagepred.SolverError("did not settle")
         return honest(*arguments)
 
-    monkeypatch.setattr(module, "follow_wall", moody)
+    monkeypatch.setattr(module, "follow_scene", moody)
     found = study.function(["damage_category", "crack_width_max"])([[0.75, 0.008], [0.7, 0.008]])
     assert (found["damage_category"].values[1] == -1).all()
     assert np.isnan(found["crack_width_max"].values[1]).all()

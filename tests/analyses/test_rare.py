@@ -87,7 +87,7 @@ def test_a_margin_lies_where_the_width_passes_the_limit(
             yield model, SimpleNamespace(increment=SimpleNamespace(load_factor=k / 6, number=k), verdict=verdict)
 
     model = model_of(scene, fields)
-    monkeypatch.setattr(capacity, "follow_wall", made_up)
+    monkeypatch.setattr(capacity, "follow_scene", made_up)
     assert margin(scene, fields, ASKED).least == pytest.approx(expected)
 
 
@@ -123,7 +123,7 @@ def test_a_failed_wall_is_known_up_to_its_failure(
     scene, fields = normals_to_wall(asked, asked.design(), np.zeros(len(asked.design().wall) + 2 * _joints(asked)))
     whole = margin(scene, fields, Question(4, 4e-3))
     assert whole.least == whole.most > 0  # category 4 is far off
-    follow = capacity.follow_wall
+    follow = capacity.follow_scene
 
     def breaks_off(*given: object) -> Iterator[object]:
         for k, step in enumerate(follow(*given)):  # type: ignore[arg-type]
@@ -131,7 +131,7 @@ def test_a_failed_wall_is_known_up_to_its_failure(
                 raise ConvergenceError("no equilibrium")
             yield step
 
-    monkeypatch.setattr(capacity, "follow_wall", breaks_off)
+    monkeypatch.setattr(capacity, "follow_scene", breaks_off)
     found = margin(scene, fields, Question(4, 4e-3))
     if known:
         assert found.least == found.most > 0

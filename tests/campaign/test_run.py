@@ -98,7 +98,7 @@ def test_a_failed_sample_is_recorded_and_the_others_continue(tmp_path: Path, mon
     from damagepred.campaign import sample as module
     from damagepred.errors import ConvergenceError
 
-    honest, calls = module.follow_wall, []
+    honest, calls = module.follow_scene, []
 
     def moody(*arguments: object):
         calls.append(1)
@@ -107,7 +107,7 @@ def test_a_failed_sample_is_recorded_and_the_others_continue(tmp_path: Path, mon
                 raise ConvergenceError("increment 3 did not settle, block 5", increment=3, block=5)
             yield step
 
-    monkeypatch.setattr(module, "follow_wall", moody)
+    monkeypatch.setattr(module, "follow_scene", moody)
     with ThreadPoolExecutor(1) as executor:
         summary = Study(settings()).run(tmp_path / "moody.dp", samples=3, executor=executor)
     assert (summary.done, summary.failed) == (3, 1)
@@ -122,7 +122,7 @@ def test_a_failed_sample_is_recorded_and_the_others_continue(tmp_path: Path, mon
     assert np.isfinite(ds["crack_width_max"].values[number, :3]).all()
     assert np.isnan(ds["crack_width_max"].values[number, 3:]).all()
     assert (ds["damage_category"].values[number, 3:] == -1).all()
-    monkeypatch.setattr(module, "follow_wall", honest)
+    monkeypatch.setattr(module, "follow_scene", honest)
     with ThreadPoolExecutor(1) as executor:
         again = Study(settings()).run(folder.path, samples=3, executor=executor)
         assert (again.done, again.failed) == (3, 1), "a failed sample is not run again unless asked"

@@ -96,7 +96,7 @@ def test_the_limit_state_has_the_sign_of_the_others(wall: int, monkeypatch: pyte
             yield model, SimpleNamespace(increment=SimpleNamespace(load_factor=k / 8, number=k), verdict=verdict)
 
     model = SimpleNamespace(central_deflection=8e-3, surface_movement=None, deflection=None)
-    monkeypatch.setattr(limit_state, "follow_wall", made_up)
+    monkeypatch.setattr(limit_state, "follow_scene", made_up)
     for category in (1, 2, 3, 4):
         known = capacities(ds, category)
         lower, upper = known.lower[wall], known.upper[wall]
