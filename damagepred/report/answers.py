@@ -15,18 +15,18 @@ UNKNOWN = 0.995
 """Distance of the bounds of a probability from which it counts as unknown."""
 
 
-def in_words(estimate: Estimate) -> str:
-    """Probability with its interval, and as a number of walls in 100."""
+def in_words(estimate: Estimate, of_what: str = "wall") -> str:
+    """Probability with its interval, and as a number of walls or houses in 100."""
     if np.isnan(estimate.value):
-        return "unknown, no wall was followed as far"
+        return f"unknown, no {of_what} was followed as far"
     interval = f"{estimate.confidence:.0%} interval {chance(estimate.lower)} to {chance(estimate.upper)}"
     share = 100 * estimate.value
     if share in (0, 100):
-        of = f"{'all' if share else 'none'} of the walls"
+        of = f"{'all' if share else 'none'} of the {of_what}s"
     elif share < 1:
-        of = "fewer than 1 wall in 100"
+        of = f"fewer than 1 {of_what} in 100"
     else:
-        of = f"about {share:.0f} wall{'s' if round(share) != 1 else ''} in 100"
+        of = f"about {share:.0f} {of_what}{'s' if round(share) != 1 else ''} in 100"
     return f"probability {chance(estimate.value)} ({interval}), {of}"
 
 

@@ -64,7 +64,7 @@ def house_damage(ds: xr.Dataset) -> list[Part]:
     """Axonometric drawing, and tables of walls, corners and rooms, at the end of the path."""
     from damagepred.plotting.house import draw_axonometric
 
-    view = draw_axonometric(ds)
+    view, rooms = draw_axonometric(ds), room_columns(ds)
     for shapes in view.collections:
         shapes.set_rasterized(True)
     return [
@@ -76,7 +76,10 @@ def house_damage(ds: xr.Dataset) -> list[Part]:
         ),
         Table.of("Walls at the end of the path", wall_columns(ds), RULE),
         Table.of("Where walls meet: vertical shear and slip", corner_columns(ds), "Forces of the first wall."),
-        Table.of("Sides of the rooms", room_columns(ds), "A side is a wall between the corners of a room."),
+        *(
+            [Table.of("Sides of the rooms", rooms, "A side is a wall between the corners of a room.")]
+            * bool(rooms[0].cells)
+        ),
     ]
 
 

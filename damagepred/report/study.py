@@ -164,7 +164,7 @@ def _facts(ds: xr.Dataset, settings: StudySettings) -> list[tuple[str, str]]:
     places = [*settings.variables, *settings.study.table_columns]
     others = [place_in_words(place) for place in places]
     varied = f"; uncertain: {', '.join(others)}" if others else ""
-    return [("Walls", f"{solved} solved of {len(status)}{varied}")]
+    return [("Houses" if is_house(ds) else "Walls", f"{solved} solved of {len(status)}{varied}")]
 
 
 def _run_parts(folder: StudyFolder, ds: xr.Dataset, settings: StudySettings, written: str) -> list[Part]:

@@ -15,6 +15,7 @@ from damagepred.report.answers import in_words
 from damagepred.report.inputs import place_in_words
 from damagepred.report.parts import Section
 from damagepred.report.quality import categories
+from damagepred.results.house import is_house
 from damagepred.results.tables import Table, sensitivity_columns
 from damagepred.scene.site import site_class
 from damagepred.uq.estimate import Estimate
@@ -68,7 +69,8 @@ def answers(
 def study_summary(ds: xr.Dataset, estimates: Mapping[int, Estimate]) -> list[str]:
     """One sentence per category, from the estimates of ``answers``."""
     return [
-        f"Category {_with_name(name)} or worse: {in_words(estimates[category])}." for category, name in categories(ds)
+        f"Category {_with_name(name)} or worse: {in_words(estimates[category], 'house' if is_house(ds) else 'wall')}."
+        for category, name in categories(ds)
     ]
 
 

@@ -2,13 +2,18 @@
 
 import json
 import re
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
 import damagepred
 from damagepred.archive.files import write_dataset
+from damagepred.campaign.settings import StudySettings
 from damagepred.report import write_report
 from damagepred.scene import Scene
+from damagepred.study import Study
+from tests.campaign.test_house import HOUSE as STUDY
 from tests.report.test_page import HTML, check_page
 
 ENDS = [[0, 0], [2.16, 0], [2.16, 1.2], [0, 1.2], [0, 0]]
@@ -44,3 +49,17 @@ def test_the_page_of_a_house(solved, tmp_path):
     (moved,) = json.loads(data)["walls"]
     assert len(moved["movement"]) == 4
     assert [label[0] for label in moved["labels"]] == ["front", "right", "back", "left"]
+
+
+def test_the_page_of_a_study_of_houses_counts_houses_and_has_each_wall(tmp_path):
+    tables = tomllib.loads(STUDY)
+    study = Study(StudySettings.from_dict(tables))
+    with ThreadPoolExecutor(1) as here:  # worker processes take longer to begin than these walls
+        study.run(tmp_path / "house.dp", samples=3, executor=here)
+    root = check_page(write_report(tmp_path / "house.dp", bootstrap=20).read_text(encoding="utf-8"))
+    figures = [e.get("id") for e in root.iter(f"{HTML}figure")]
+    assert figures[:3] == ["figure-plan", "figure-unfolded", "figure-fragility"]
+    shown = " ".join("".join(root.itertext()).split())
+    assert "damage category of a house?" in shown
+    assert "of the houses." in shown
+    assert "Probability of damage by wall" in shown
