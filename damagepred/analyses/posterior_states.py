@@ -24,7 +24,7 @@ CELLS = 400_000
 
 ROUNDS, WALLS, DEFENSIVE, KERNEL, MORE = 8, 60, 0.2, 0.5, 4
 """Population Monte Carlo: most rounds, walls that guide them, share drawn from the prior, kernel over the scatter; and
-factor on the draws of the last round."""
+factor on the draws of the last three rounds."""
 
 LIKELY = 64
 """Histories, the likeliest, among which the least misfit is looked for."""
@@ -187,7 +187,7 @@ def _near_posterior(
             share = weight**power / (weight**power).sum()
             gap = normal - share @ normal
             root = np.linalg.cholesky(KERNEL**2 * gap.T @ (share[:, None] * gap) + 1e-9 * np.eye(gap.shape[1]))
-            factor = MORE if number == ROUNDS else 1  # few draws still count
+            factor = MORE if number > ROUNDS - 3 else 1  # few draws still count
             near = round((1.0 - DEFENSIVE) * factor * options.histories)
             centres = normal[np.searchsorted(np.cumsum(share), (np.arange(near) + 0.5) / near)]
             normal = _normals(seen, kind, replace(options, histories=factor * options.histories), 100 * number + kind)
