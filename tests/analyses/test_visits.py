@@ -252,3 +252,9 @@ def test_intervals_hold_the_truth_of_new_walls(visits: str, kinds: tuple[str, ..
         assert found[name].mean() >= 0.8, name
     assert found["chance"].mean() == pytest.approx(found["reached"].mean(), abs=0.12)
     assert drawn_histories(History(kind=kinds), 0, np.full((1, 4), 0.5), -4.0, LAST).slope[0] == pytest.approx(0.1)
+
+
+@pytest.mark.thorough
+def test_many_seasonal_histories_are_effective() -> None:
+    """Six numbers are unknown; the last rounds draw four times as many histories: without them 6 and 25 count."""
+    assert module("visits", STUDY).cases("monitor", ("seasonal",), 2, 2)["effective"].min() > 100
