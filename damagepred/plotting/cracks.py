@@ -107,7 +107,7 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, tra
     if handles:
         sheet.legend_below(ax, handles, 4)
     hairline = f"{sheet.plain_number(cracks.attrs['hairline'] * sheet.MM)} mm"
-    what = f"joints open or slid by more than {hairline}; colours by {table.name}"
+    what = f"joints open or slid by more than {hairline}; colours by {table.name if table.category_names else 'width'}"
     sheet.set_title(ax, sheet.title_of(ds, "wall"), f"cracks at {sheet.moved_to(ds, increment)}; {what}")
     return ax
 

@@ -110,7 +110,8 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     set_title(
         ax,
         title_of(ds, "wall"),
-        f"bands: crack widths by {table.name}; marks on the black line: the wall's category"
+        (f"bands: crack widths by {table.name}; " if table.category_names else "")
+        + "marks on the black line: the wall's category"
         + not_reached(ds, int(category.max())),
     )
     return ax

@@ -128,7 +128,8 @@ def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
         name = "widest crack" if variable == "crack_width_max" else variable.replace("_", " ")
         width_scale(ax, shown, table, name)
         shade_bands(ax, table)
-        categories = f"; categories of damage by {table.name}{not_reached(ds, int(paths.category.max()))}"
+        by = f"; categories of damage by {table.name}" if table.category_names else ""
+        categories = by + not_reached(ds, int(paths.category.max()))
     else:
         ax.autoscale_view(scalex=False)
         ax.set_ylabel(f"{variable.replace('_', ' ')}{unit}")

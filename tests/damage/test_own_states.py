@@ -147,8 +147,14 @@ def test_names_go_to_curves_tables_exports_and_pictures(study, tmp_path: Path) -
     wall = damagepred.solve(again.scene)
     np.testing.assert_array_equal(wall["damage_category"].values, expected(wall, STATES))
     np.testing.assert_array_equal(damagepred.judge_again(wall)["damage_category"].values, expected(wall, STATES))
-    for picture in (plotting.draw_history(wall), plotting.draw_wall(wall), plotting.draw_category_shares(study)):
+    for picture in (
+        plotting.draw_history(wall),
+        plotting.draw_wall(wall),
+        plotting.draw_category_shares(study),
+        plotting.draw_cracks(wall),
+    ):
         picture.figure.savefig(tmp_path / "picture.png")
+        assert "AS 2870" not in picture.get_title(loc="left")
 
 
 def test_the_limit_of_rare_events_is_the_share_of_the_nearest_threshold() -> None:
