@@ -105,7 +105,7 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
                 before, width_before = 0.0, 0.0
             moved = step.increment.load_factor * full
             if model.deflection is not None and model.surface_movement is None:
-                moved = max(abs(step.increment.deflection), before)
+                moved = max(abs(step.increment.footing.deflection), before)
             verdict = step.verdict
             widths = rules.widths(
                 verdict.crack_width_max,

@@ -274,7 +274,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
             filled[name] = column[None]
             continue
         if column.dtype == np.int8:
-            rest = FLAG_FILL if status == SampleStatus.FAILED or last.ended else column[-1]
+            rest = FLAG_FILL if status == SampleStatus.FAILED or last.end.unloaded else column[-1]
             if name.startswith("wall_"):  # the end of the path of a house is no end for its sounder walls
                 rest = np.where(column[-1] < table.highest, FLAG_FILL, column[-1])
         else:
@@ -288,7 +288,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         filled |= {name: value[None] for name, value in history_values(model.history, increments + 1).items()}
     filled |= {name: value[None] for name, value in movement_values(walls[0], progress).items()}
     if model.jacks is not None:
-        filled["limit_deflection"] = np.array([abs(last.deflection) if last.ended else np.nan])
+        filled["limit_deflection"] = np.array([abs(last.footing.deflection) if last.end.unloaded else np.nan])
     filled |= {
         "sample": np.array([sample]),
         "increment": np.arange(increments + 1),
@@ -323,7 +323,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         moved = columns["surface_movement"]
         columns["surface_movement"] = moved._replace(attributes={**moved.attributes, **GROWING_GROUND})
     # an unloaded rig ends the movement
-    return _kept_of_movement(columns, settings.study.movement, len(steps) - 1 if last.ended else increments)
+    return _kept_of_movement(columns, settings.study.movement, len(steps) - 1 if last.end.unloaded else increments)
 
 
 @cache

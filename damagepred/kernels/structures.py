@@ -6,7 +6,7 @@ A structure checks types, dimensions and layout of its arrays where Python makes
 from __future__ import annotations
 
 import inspect
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numba import config, types
@@ -28,8 +28,8 @@ class Structure(structref.StructRefProxy):
     which kernels change.
     """
 
-    fields: dict[str, Any]
-    kind: Any
+    fields: ClassVar[dict[str, Any]]
+    kind: ClassVar[Any]
 
     def __init_subclass__(cls) -> None:
         cls.fields = {name: kind for name, kind in vars(cls).items() if isinstance(kind, types.Type)}
@@ -51,7 +51,10 @@ class Structure(structref.StructRefProxy):
         source = f"def make_{cls.__name__}({listed}):\n    made_ = new_(kind_)\n{setters}\n    return made_\n"
         source += f"def make_empty_{cls.__name__}():\n    return new_(kind_)\n"
         scope = {"new_": new, "kind_": cls.kind, "__name__": cls.__module__}
-        exec(compile(source, inspect.getfile(cls), "exec"), scope)  # as of this file: numba caches by files
+        # Compiled code sets a field by a name in its source, never by a variable: plain code would be a function of two
+        # lines per field for each structure. numba's structref.define_constructor makes such source, too, but a type of
+        # its own for each set of arguments. The name of the file is the file of the structure: numba caches by files.
+        exec(compile(source, inspect.getfile(cls), "exec"), scope)
         cls.make, cls._make_empty = kernel(scope[f"make_{cls.__name__}"]), scope[f"make_empty_{cls.__name__}"]
         cls._make_empty.__module__ = __name__
 

@@ -33,12 +33,12 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     joints, lines, frames = gauges(model)
     moved = stacked(steps, "displacement")
     progress = stacked(steps, "load_factor")
-    deflection = None if model.deflection is None else np.abs([s.increment.deflection for s in steps])
-    in_time = bool(np.isfinite(steps[0].increment.time))
+    deflection = None if model.deflection is None else np.abs([s.increment.footing.deflection for s in steps])
+    motions = [s.increment.motion for s in steps if s.increment.motion is not None]
     values = {
         "progress": progress,
         **movement_values(model, np.abs(progress), deflection),
-        **_diagnostics(steps, in_time),
+        **_diagnostics(steps, bool(motions)),
         "base_reaction": stacked(steps, "base_reaction"),
         **(frames.distortion(moved)._asdict() if len(model.jambs.block) else {}),
         **lines.deviation(moved)._asdict(),
@@ -52,10 +52,13 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     if model.test is not None:
         values |= _test_values(model, model.test, steps)
     elif model.jacks is not None:
-        values["jack_load"] = stacked(steps, "jack_load")
-    if in_time:
-        values |= {name: stacked(steps, name) for name in ("time", "searches")}
-        values["base_displacement_x"], values["base_displacement_y"] = stacked(steps, "base").T
+        values["jack_load"] = _jack_loads(steps)
+    if motions:
+        values["time"], values["searches"] = (
+            np.array([m.time for m in motions]),
+            np.array([m.searches for m in motions]),
+        )
+        values["base_displacement_x"], values["base_displacement_y"] = np.array([m.base for m in motions]).T
     if model.mesh is not None:
         values |= _zone_counts(steps)
     for name in Verdict._fields:
@@ -91,7 +94,7 @@ def _diagnostics(steps: list[Step], in_time: bool) -> dict[str, FloatArray]:
     """Solver diagnostics of each increment; those of dynamic runs in dynamic runs only."""
     increments = [s.increment for s in steps]
     sources: dict[type, list[Any]] = {
-        Residuals: increments,
+        Residuals: [i.residuals for i in increments],
         Counters: [i.counters for i in increments],
         Energies: [i.energy for i in increments],
     }
@@ -106,7 +109,7 @@ def _diagnostics(steps: list[Step], in_time: bool) -> dict[str, FloatArray]:
 def shares_of_size(model: Model, steps: list[Step]) -> dict[str, float]:
     """Largest displacement beyond the ground's and widest crack over the wall's size; NaN for dynamic runs."""
     standing = [s for s in steps if not s.increment.collapsed]
-    if not standing or np.isfinite(standing[0].increment.time):
+    if not standing or standing[0].increment.motion is not None:
         return dict.fromkeys(("displacement_share", "crack_share"), float("nan"))
     size = max(float(np.ptp(axis)) for axis in model.blocks.vertices.T)
     x, y, _ = np.moveaxis(stacked(standing, "displacement"), -1, 0)
@@ -122,13 +125,18 @@ def stacked(steps: list[Step], name: str) -> NDArray:
     return np.array([getattr(s.increment, name) for s in steps])
 
 
+def _jack_loads(steps: list[Step]) -> FloatArray:
+    """Load of each jack at each increment (N)."""
+    return np.array([s.increment.footing.jack_load for s in steps])
+
+
 def _test_values(model: Model, test: LaboratoryTest, steps: list[Step]) -> dict[str, FloatArray]:
     """Force (N), displacement (m) and gauge opening (m) of a laboratory test, counted from dead load."""
     moved = stacked(steps, "displacement").reshape(len(steps), -1)
     moved = moved - moved[0]
     force = stacked(steps, "load_factor") * test.force
     if model.jacks is not None:
-        force = stacked(steps, "jack_load")
+        force = _jack_loads(steps)
         force[0] = 0.0
         force[[step.increment.collapsed for step in steps]] = np.nan  # in motion
     values = {"load_force": force, "load_displacement": moved @ test.push}
@@ -155,12 +163,12 @@ def _footing_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
 
 def ending_attributes(model: Model, last: Step) -> dict[str, object]:
     """Limit at which a path with jacks ended early, as attributes."""
-    ended = last.increment.ended
+    ended = last.increment.end.unloaded
     if not ended or model.jacks is None:
         return {}
     if model.test is not None:
         return {"limit": "loads", "status_message": "the load has fallen to nothing"}
-    deflection = abs(last.increment.deflection)
+    deflection = abs(last.increment.footing.deflection)
     carrier = "the jacks carry" if ended == "jacks" else "an outer support carries"
     return {
         "limit": ended,

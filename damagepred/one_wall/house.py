@@ -63,7 +63,7 @@ def of_wall(model: HouseModel, increment: Increment, number: int) -> Increment:
         fields[name] = None if (values := getattr(increment, name)) is None else values[rows]
     wall, moved = model.walls[number], fields["displacement"].ravel()
     if wall.deflection is not None:  # of the segments of the footing, which are rigid
-        fields["deflection"] = float(wall.deflection[: moved.size] @ moved)
+        fields["footing"] = increment.footing._replace(deflection=float(wall.deflection[: moved.size] @ moved))
     ground = wall.on_ground
     fields["base_reaction"] = -float((wall.interfaces.contact_area * fields["normal_stress"])[ground].sum())
     return replace(increment, **fields)

@@ -171,16 +171,14 @@ def _solve(
                 on_step(step)
         if steps[-1].increment.collapsed:
             status = PathStatus.COLLAPSED
-            last = steps[-1].increment
-            message = f"part of the wall collapsed in increment {last.number}"
-            attributes["collapse_increment"] = last.number
-            if run is not None:
-                first = next(s.increment for s in steps if s.increment.collapsed)
-                message = f"part of the wall collapsed by {first.time:.4g} s"
-                attributes["collapse_increment"] = first.number
+            first = next(s.increment for s in steps if s.increment.collapsed)
+            attributes["collapse_increment"] = first.number
+            if first.motion is not None:
+                message = f"part of the wall collapsed by {first.motion.time:.4g} s"
             else:
-                attributes["collapse_progress"] = last.last_stable_load_factor
-                attributes["collapse_progress_uncertainty"] = last.load_factor - last.last_stable_load_factor
+                message, stable = f"part of the wall collapsed in increment {first.number}", first.end
+                attributes["collapse_progress"] = stable.last_stable_load_factor
+                attributes["collapse_progress_uncertainty"] = first.load_factor - stable.last_stable_load_factor
     except (SolverError, KeyboardInterrupt) as error:
         if on_failure == "raise" or not steps:
             raise

@@ -16,7 +16,7 @@ from damagepred.assembly import Model
 from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
 from damagepred.solvers.load_path import LoadPath
-from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.state.increment import Increment, PathEnd
 from damagepred.solvers.system.options import DEFAULT_CREEP, CreepOptions
 from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi
 
@@ -104,7 +104,7 @@ def follow_movement(
             ended = outcome.balanced
         increment = stepper.report(outcome)
         if ended:
-            increment = replace(increment, ended=stop)
+            increment = replace(increment, end=PathEnd(unloaded=stop))
         elif outcome.collapsed:
             stable = path[max(number - 1, 0)]
             increment = _locate_collapse(stepper, start if bisects else None, increment, stable)
@@ -122,7 +122,7 @@ def _follow_increment(stepper: Stepper[CheckpointT], along: LoadPath, number: in
     for end in along.steps(number):
         if along.creeps:
             state = stepper.report(outcome)
-            largest = max(largest, state.unbalanced_force_ratio)
+            largest = max(largest, state.residuals.unbalanced_force_ratio)
             along.creep(number, (state.normal_stress, state.shear_stress), (start, end))
         outcome = stepper.step_to(end)
         largest = max(largest, outcome.unbalanced_force_ratio)
@@ -163,10 +163,10 @@ def _locate_collapse(
     stepper: Stepper[CheckpointT], start: _Start[CheckpointT] | None, increment: Increment, stable: float
 ) -> Increment:
     """Increment with the load factor of collapse, bisected from the start of the increment if it has one."""
-    if np.isfinite(increment.last_stable_load_factor):  # the steps located it
+    if np.isfinite(increment.end.last_stable_load_factor):  # the steps located it
         return increment
     if start is None or stepper.bracket.collapse is None:
-        return replace(increment, last_stable_load_factor=stable)
+        return replace(increment, end=PathEnd(last_stable_load_factor=stable))
     checkpoint, collapse = start.checkpoint, increment.load_factor
     forwards = 1.0 if collapse >= stable else -1.0
     while abs(collapse - stable) > stepper.bracket.collapse:
@@ -184,4 +184,5 @@ def _locate_collapse(
     if broken_at is not None:  # bonds that broke beyond the collapse load factor broke in the collapse
         beyond = (forwards * (broken_at - collapse) > 0.0) & (forwards * (broken_at - end) <= 0.0)
         broken_at = np.where(beyond, collapse, broken_at)
-    return replace(increment, load_factor=collapse, last_stable_load_factor=stable, broken_at=broken_at)
+    end = PathEnd(last_stable_load_factor=stable)
+    return replace(increment, load_factor=collapse, end=end, broken_at=broken_at)

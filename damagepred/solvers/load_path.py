@@ -85,9 +85,10 @@ class LoadPath:
         if self.imposed is None:
             return increment
         table, broken_at = (self.imposed.coordinates, self.imposed.history.load_factors), increment.broken_at
+        end = increment.end
         return replace(
             increment,
             load_factor=self.imposed.load_factor_at(increment.load_factor),
-            last_stable_load_factor=self.imposed.load_factor_at(increment.last_stable_load_factor),
+            end=end._replace(last_stable_load_factor=self.imposed.load_factor_at(end.last_stable_load_factor)),
             broken_at=None if broken_at is None else np.interp(broken_at, *table),
         )

@@ -128,7 +128,7 @@ def alone(line_load: Callable[[Scene], float], concrete: ReinforcedConcrete | No
         scene = on_jacks(read_case(name).scene, concrete)
         scene = replace(scene, movement=replace(scene.movement, central_deflection=30e-3))
         last = list(solve_path(footing_alone(scene, line_load(scene)), scene.solver, 40))[-1]
-        found.append(number(MM * abs(last.deflection)) if last.ended else "> 30")
+        found.append(number(MM * abs(last.footing.deflection)) if last.end.unloaded else "> 30")
     return found
 
 

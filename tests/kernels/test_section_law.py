@@ -175,7 +175,7 @@ def bracketed(sections, memory, strain, curvature):
     """Return share, strain and curvature of the cracked state, N and M, by bisection."""
     values, depth = law._section(sections, 0, memory), sections.depth[0]
     turn = curvature * depth
-    scale = abs(strain) + abs(turn) + abs(values.top_plastic) + abs(values.bottom_plastic)
+    scale = abs(strain) + abs(turn) + abs(values.top.plastic) + abs(values.bottom.plastic)
     share, strain2, turn2, axial, moment = law._solve_bracketed(values, law._limits(sections, 0), strain, turn, scale)
     return share, strain2, turn2 / depth, axial, moment * depth
 

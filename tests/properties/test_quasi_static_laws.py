@@ -95,10 +95,10 @@ def check_path(model: Model, steps: list[Increment], increments: int) -> None:
             assert np.isfinite(values).all()
         if step.collapsed:
             continue
-        assert step.unbalanced_force_ratio <= BALANCED
+        assert step.residuals.unbalanced_force_ratio <= BALANCED
         assert np.abs(unbalanced(model, step)).max() <= 1.05 * BALANCED
         within_law(model, step)
-        assert step.joint_law_violation < 1e-5 * float(model.properties.cohesion.max())
+        assert step.residuals.joint_law_violation < 1e-5 * float(model.properties.cohesion.max())
         energy = step.energy
         for name in ("elastic_energy", "friction_work", "fracture_work"):
             assert getattr(energy, name) >= -1e-9 * abs(energy.external_work), name

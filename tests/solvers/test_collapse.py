@@ -45,7 +45,7 @@ def test_a_pushed_wall_that_creeps_above_its_limit_load_has_collapsed(method: st
     settings = Solver(method=method, tolerance=None if method == "quasi_static" else 1e-5)  # type: ignore[arg-type]
     last = list(solve_path(wall.build(settings), settings, 1))[-1]
     assert last.collapsed
-    assert last.last_stable_load_factor == pytest.approx(1 / 1.01, abs=2e-3)
+    assert last.end.last_stable_load_factor == pytest.approx(1 / 1.01, abs=2e-3)
 
 
 @pytest.mark.quick_cases
@@ -67,7 +67,7 @@ def test_a_brick_crushed_by_its_own_weight_collapses(method: str, cohesion: floa
     settings = Solver(method=method)  # type: ignore[arg-type]
     first = next(iter(solve_path(wall.build(settings), settings, 1)))
     assert first.collapsed == falls
-    assert np.isfinite(first.unbalanced_force_ratio)
+    assert np.isfinite(first.residuals.unbalanced_force_ratio)
 
 
 def test_a_wall_that_balances_too_far_away_stood_an_increment_before() -> None:

@@ -50,7 +50,7 @@ class Scripted:
     def report(self, outcome: Outcome) -> Increment:
         state = NONE.astype(np.int8)
         return Increment(
-            self.number, self.load_factor, NONE, NONE, NONE, NONE, NONE, state, 0.0, 0.0, collapsed=outcome.collapsed
+            self.number, self.load_factor, NONE, NONE, NONE, NONE, NONE, state, 0.0, collapsed=outcome.collapsed
         )
 
     def counters(self) -> Counters:
@@ -72,13 +72,13 @@ def wall(live: bool = False) -> Model:
 
 def test_collapse_is_bisected_under_live_load_alone() -> None:
     last = list(follow_movement(Scripted(collapses_at=0.6), wall(), 4))[-1]
-    assert (last.number, last.load_factor, last.last_stable_load_factor) == (3, 0.75, 0.5)
+    assert (last.number, last.load_factor, last.end.last_stable_load_factor) == (3, 0.75, 0.5)
     last = list(follow_movement(Scripted(collapses_at=0.6), wall(live=True), 4))[-1]
-    assert last.last_stable_load_factor <= 0.6 < last.load_factor <= last.last_stable_load_factor + 1e-3
+    assert last.end.last_stable_load_factor <= 0.6 < last.load_factor <= last.end.last_stable_load_factor + 1e-3
     located = Scripted(collapses_at=0.6, bracket=Bracket(1e-9, 1e-9, 40))
     assert list(follow_movement(located, wall(live=True), 4))[-1].load_factor == 0.75
 
 
 def test_bisection_ends_where_a_wall_neither_balances_nor_collapses() -> None:
     last = list(follow_movement(Scripted(collapses_at=0.6, hesitates=(0.6, 0.65)), wall(live=True), 4))[-1]
-    assert (last.last_stable_load_factor, last.load_factor) == (0.5, 0.75)
+    assert (last.end.last_stable_load_factor, last.load_factor) == (0.5, 0.75)

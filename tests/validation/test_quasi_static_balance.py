@@ -96,7 +96,7 @@ def test_blocks_balance_and_joints_obey_their_law(name: str) -> None:
     for step in steps:
         assert not step.collapsed
         assert np.abs(unbalanced(model, step)).max() <= 1.01 * TOLERANCE
-        assert step.unbalanced_force_ratio <= TOLERANCE
+        assert step.residuals.unbalanced_force_ratio <= TOLERANCE
         assert step.base_reaction == pytest.approx(weight, rel=1e-6)
         check_joint_law(model, step)
     if name not in ("bryant",):

@@ -117,7 +117,7 @@ def work_of(model: Model, case: Case, before: Increment | None, now: Increment) 
         work += 0.0 if load is None else share * float(load @ on_points)
     if model.jacks is not None:
         lift = model.jacks.push[: 3 * model.n_blocks].reshape(-1, 3)
-        load = now.jack_load + (0.0 if before is None else before.jack_load)
+        load = now.footing.jack_load + (0.0 if before is None else before.footing.jack_load)
         work += 0.5 * load * float((lift * moved).sum())
     if before is None:
         return work

@@ -95,9 +95,9 @@ def jacked(strip: Strip, solver: Solver, kind: str, support: str, pieces: int) -
     first, last = path_of(model, solver)
     rise = level(model, last, np.array([0.0, 0.25, 0.5, 1.0]) * length)
     rise -= level(model, first, np.array([0.0, 0.25, 0.5, 1.0]) * length)
-    more = last.jack_load - first.jack_load
+    more = last.footing.jack_load - first.footing.jack_load
     ends = (rise[0] + rise[3]) / 2
-    return (rise[2] - ends) / more, (rise[1] - ends) / more, (last.deflection - first.deflection) / more
+    return (rise[2] - ends) / more, (rise[1] - ends) / more, (last.footing.deflection - first.footing.deflection) / more
 
 
 @pytest.mark.parametrize("support", ["held", "lift_off"])
@@ -138,8 +138,10 @@ def test_the_jacks_carry_the_footing_when_the_path_begins(verify: Verify, solver
         w, length, thin, shear = strip.line_weight + load, strip.length, strip.bending, strip.shear
         sag = 5 * w * length**4 / (384 * thin) + w * length**2 / (8 * shear)
         by_one = 19 * length**3 / (384 * thin) + length / (2 * shear)
-        verify(JACKS, f"level, {load:g} N/m: {strip}", solver.method, "P (N)", first.jack_load, sag / by_one, 1e-3)
-        assert abs(first.deflection) < 1e-5 * sag
+        verify(
+            JACKS, f"level, {load:g} N/m: {strip}", solver.method, "P (N)", first.footing.jack_load, sag / by_one, 1e-3
+        )
+        assert abs(first.footing.deflection) < 1e-5 * sag
 
 
 def sag(strip: Strip, load: float) -> float:
@@ -164,9 +166,9 @@ def sagged(strip: Strip, solver: Solver, load: float, pieces: int) -> float:
     """Return the sag where the jacks of dishing carry nothing any more (m)."""
     model = strip.on_jacks("dishing", 1.5 * sag(strip, load), pieces, load=load)
     last = path_of(model, solver, 3)[-1]
-    assert last.ended == "jacks"
-    assert abs(last.jack_load) < 5e-5 * (strip.line_weight + load) * strip.length
-    return -last.deflection
+    assert last.end.unloaded == "jacks"
+    assert abs(last.footing.jack_load) < 5e-5 * (strip.line_weight + load) * strip.length
+    return -last.footing.deflection
 
 
 @pytest.mark.parametrize(
@@ -221,10 +223,10 @@ def test_the_ends_cantilever(verify: Verify, solver: Solver, strip: Strip, load:
     exact = weight * length**3 / (288 * strip.bending) + weight * length / (24 * strip.shear)
     model = strip.on_jacks("doming", 1.3 * exact, 120, load=load, support=support)
     last = path_of(model, solver, 3)[-1]
-    assert last.ended == "supports"
+    assert last.end.unloaded == "supports"
     case = f"{support}, {load:g} N/m: {strip}"
-    verify(ENDS, case, solver.method, "P (N)", last.jack_load, weight / 3, 1e-5)
-    verify(ENDS, case, solver.method, "δ (m)", last.deflection, exact, 2e-3)
+    verify(ENDS, case, solver.method, "P (N)", last.footing.jack_load, weight / 3, 1e-5)
+    verify(ENDS, case, solver.method, "δ (m)", last.footing.deflection, exact, 2e-3)
     _, carried = reactions(model, last, ContactKind.SUPPORT)
     verify(ENDS, case, solver.method, "all of the supports' load (N)", carried.sum(), 0.0, 1e-5, scale=weight)
     x, bent = moments(model, last)
@@ -246,7 +248,7 @@ def zoned(strip: Strip, solver: Solver, cells: int) -> float:
     movement = Movement(kind="dishing", shape="jacks", central_deflection=size)
     model = footing_alone(strip.scene(movement, 20, rig=Rig(stop_at_zero=False), solver=settings))
     first, last = path_of(model, settings)
-    return (last.deflection - first.deflection) / (last.jack_load - first.jack_load)
+    return (last.footing.deflection - first.footing.deflection) / (last.footing.jack_load - first.footing.jack_load)
 
 
 def test_equal_jacks_bend_a_footing_of_zones(verify: Verify) -> None:
@@ -319,8 +321,8 @@ def brickwork(
             ),
         )
     last = path_of(model, solver or scene.solver, 2)[-1]
-    assert last.ended == "jacks"
-    return -last.deflection
+    assert last.end.unloaded == "jacks"
+    return -last.footing.deflection
 
 
 @pytest.mark.parametrize("courses", [1, 2, 3])

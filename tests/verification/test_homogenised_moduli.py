@@ -65,7 +65,7 @@ def wall(
 @numba.njit
 def relative_displacement(records: InterfaceRecords, motion: np.ndarray, i: int) -> tuple[float, float, float]:
     """Return opening and shear in the middle of an interface, and its relative rotation."""
-    return interface_displacement(records, motion, i)  # type: ignore[no-any-return]
+    return interface_displacement(records.edge[i], records.elastic, motion, i)  # type: ignore[no-any-return]
 
 
 def cell_energy(model: Model, strain: tuple[float, float, float], rotation: float) -> float:

@@ -29,7 +29,7 @@ def bricks_of(wall: dict[str, Any], **tables: Any) -> np.ndarray:
 @numba.njit
 def relative_displacement(records: InterfaceRecords, motion: np.ndarray, i: int) -> tuple[float, float, float]:
     """Opening and shear in the middle of an interface, and its relative rotation."""
-    return interface_displacement(records, motion, i)  # type: ignore[no-any-return]
+    return interface_displacement(records.edge[i], records.elastic, motion, i)  # type: ignore[no-any-return]
 
 
 # share of k_nv b, and of k_sb b^2 / h, in the stiffness along the wall; period over a brick

@@ -22,7 +22,7 @@ def section_forces(sections, memory, interfaces, properties, displacement, force
     """
     for s in range(sections.interface.size):
         i, h = sections.interface[s], sections.length[s]
-        opening, shear, turn = interface_displacement(interfaces, displacement, i)
+        opening, shear, turn = interface_displacement(interfaces.edge[i], interfaces.elastic, displacement, i)
         axial, moment, nn, nm, mn, mm = section_response(sections, s, memory, opening / h, turn / h)
         ss = transverse_stiffness(interfaces, properties, i)
         transverse = ss * shear
@@ -30,7 +30,7 @@ def section_forces(sections, memory, interfaces, properties, displacement, force
         row[0], row[1], row[2] = nn / h, 0.0, nm / h
         row[3], row[4], row[5] = 0.0, ss, 0.0
         row[6], row[7], row[8] = mn / h, 0.0, mm / h
-        scatter_interface_force(interfaces, i, axial, transverse, moment, force)
+        scatter_interface_force(interfaces.edge[i], interfaces.elastic, i, axial, transverse, moment, force)
         values[s, 0], values[s, 1], values[s, 2] = opening, shear, turn
         values[s, 3], values[s, 4], values[s, 5] = axial, transverse, moment
 
@@ -39,5 +39,6 @@ def section_forces(sections, memory, interfaces, properties, displacement, force
 def commit_sections(sections, memory, interfaces, displacement):
     """Commit the history variables of all sections at an equilibrium."""
     for s in range(sections.interface.size):
-        opening, _, turn = interface_displacement(interfaces, displacement, sections.interface[s])
+        i = sections.interface[s]
+        opening, _, turn = interface_displacement(interfaces.edge[i], interfaces.elastic, displacement, i)
         commit_section(sections, s, memory, opening / sections.length[s], turn / sections.length[s])

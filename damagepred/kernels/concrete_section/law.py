@@ -48,6 +48,15 @@ class CompatibilityOptions(NamedTuple):
 OPTIONS = CompatibilityOptions()
 
 
+class Wire(NamedTuple):
+    """Steel on one face of a section, and the history variables of that face."""
+
+    area: float
+    level: float  # depth below the middle over the depth of the section (1)
+    plastic: float
+    cracked: float  # cracked share zeta
+
+
 class Section(NamedTuple):
     """One section and its history variables; curvature and moment scaled by the depth."""
 
@@ -64,14 +73,8 @@ class Section(NamedTuple):
     hardening: float
     strength: float
     beta: float
-    top_area: float
-    top_level: float
-    top_plastic: float
-    top_cracked: float
-    bottom_area: float
-    bottom_level: float
-    bottom_plastic: float
-    bottom_cracked: float
+    top: Wire
+    bottom: Wire
 
 
 @rule
@@ -135,8 +138,8 @@ def commit_section(sections, s, memory, strain, curvature):
     cracked = memory.cracked[s]
     cracked[TOP] = max(cracked[TOP], crushed, _cracked_share(_cracking_ratio(top, axial, moment)[0], beta)[0])
     cracked[BOTTOM] = max(cracked[BOTTOM], crushed, _cracked_share(_cracking_ratio(bottom, axial, moment)[0], beta)[0])
-    _, _, by_top = steel_stress(section, section.top_plastic, strain2 + turn2 * section.top_level)
-    _, _, by_bottom = steel_stress(section, section.bottom_plastic, strain2 + turn2 * section.bottom_level)
+    _, _, by_top = steel_stress(section, section.top.plastic, strain2 + turn2 * section.top.level)
+    _, _, by_bottom = steel_stress(section, section.bottom.plastic, strain2 + turn2 * section.bottom.level)
     if by_top != 0.0 or by_bottom != 0.0:
         memory.plastic[s, TOP] += by_top
         memory.plastic[s, BOTTOM] += by_bottom
@@ -150,7 +153,8 @@ def commit_section(sections, s, memory, strain, curvature):
 
 @law
 def _section(sections, s, memory):
-    depth, wires = sections.depth[s], sections.wires
+    """Values of section s."""
+    depth, wires, plastic, cracked = sections.depth[s], sections.wires, memory.plastic, memory.cracked
     return Section(
         sections.axial_stiffness[s],
         sections.coupled_stiffness[s] / depth,
@@ -165,14 +169,8 @@ def _section(sections, s, memory):
         wires.hardening[s],
         wires.strength[s],
         sections.tension_stiffening[s],
-        wires.top_area[s],
-        wires.top_level[s] / depth,
-        memory.plastic[s, TOP],
-        memory.cracked[s, TOP],
-        wires.bottom_area[s],
-        wires.bottom_level[s] / depth,
-        memory.plastic[s, BOTTOM],
-        memory.cracked[s, BOTTOM],
+        Wire(wires.top_area[s], wires.top_level[s] / depth, plastic[s, TOP], cracked[s, TOP]),
+        Wire(wires.bottom_area[s], wires.bottom_level[s] / depth, plastic[s, BOTTOM], cracked[s, BOTTOM]),
     )
 
 
@@ -293,7 +291,7 @@ def _solve_compatibility(section, limits, first, strain, turn):
     share, by_axial, by_moment = _share(section, limits, axial, moment)
     if share == 0.0:
         return share, 0.0, 0.0, axial, moment
-    scale = abs(strain) + abs(turn) + abs(section.top_plastic) + abs(section.bottom_plastic)
+    scale = abs(strain) + abs(turn) + abs(section.top.plastic) + abs(section.bottom.plastic)
 
     # start from the deformation of the whole section, at first cracking in bending at least from the cracked state
     strain2, turn2 = strain, turn
@@ -476,10 +474,10 @@ def _share(section, limits, axial, moment):
     r_bottom, bottom_axial, bottom_moment = _cracking_ratio(on_bottom, axial, moment)
     top, by_top = _cracked_share(r_top, beta)
     bottom, by_bottom = _cracked_share(r_bottom, beta)
-    if section.top_cracked >= top:
-        top, by_top = section.top_cracked, 0.0
-    if section.bottom_cracked >= bottom:
-        bottom, by_bottom = section.bottom_cracked, 0.0
+    if section.top.cracked >= top:
+        top, by_top = section.top.cracked, 0.0
+    if section.bottom.cracked >= bottom:
+        bottom, by_bottom = section.bottom.cracked, 0.0
 
     # zeta and its slopes with r_top and r_bottom
     if r_top <= 0.0 and r_bottom <= 0.0:

@@ -17,12 +17,10 @@ def state_two(section, strain, turn):
         second -= second_crushed
     axial, moment = -concrete * q0, -concrete * q1
     t11, t12, t22 = concrete * length, concrete * first, concrete * second
-    for area, level, plastic in (
-        (section.top_area, section.top_level, section.top_plastic),
-        (section.bottom_area, section.bottom_level, section.bottom_plastic),
-    ):
+    for wire in (section.top, section.bottom):
+        area, level = wire.area, wire.level
         there = strain + turn * level
-        stress, slope, _ = steel_stress(section, plastic, there)
+        stress, slope, _ = steel_stress(section, wire.plastic, there)
         if there < 0.0:  # steel replaces concrete
             if there > -crushing:
                 stress -= section.modulus * there

@@ -110,7 +110,11 @@ def face_frame(points, i, edges, pose, strains):
 
 @rule
 def _detect_contact(bodies, i, neighbours, pose, strains, pressed, sheared, old_x, old_y):
-    """Start contact of a free point with the edge of least penetration (node-to-segment, Wriggers 2006), if any."""
+    """Start contact of point i with the edge of least penetration (node-to-segment, Wriggers 2006); False without any.
+
+    From an edge of direction ``old_x``, ``old_y`` that it has just passed, the closing ``pressed`` (m) and the stress
+    ``sheared`` (Pa) continue on an edge of nearly the same direction; 0 for a point that was free.
+    """
     p = bodies.points[i]
     at_x, at_y, own_x, own_y = face_frame(bodies.points, i, bodies.edges, pose, strains)
     target, deepest, came_from = -1, np.inf, 0.0
@@ -203,7 +207,11 @@ def _exceeds_limits(p, joint, sigma, tau, special, softening):
 
 @law
 def _return_to_limits(p, joint, pressed, u_n, u_s, special, softening):
-    """Stresses (Pa), friction work, softening work and released energy (J/m2) of a point; commit its history."""
+    """Return mapping of a point beyond its limits: stresses (Pa), and energies (J/m2) of the step; commits its history.
+
+    ``pressed`` is the opening that the law gets, see ``contact_forces``. The energies are friction work, softening work
+    and released energy.
+    """
     was_cracked, slip, dilatant_opening, kappa = p.cracked != 0.0, p.slip, p.dilatant_opening, p.kappa
     sigma, tau, p.slip, p.dilatant_opening, cracked, p.kappa = explicit_update(
         pressed, u_s, slip, dilatant_opening, was_cracked, kappa, joint, special, softening

@@ -14,7 +14,7 @@ from damagepred.kernels.jit import kernel, law
 
 @law
 def _add_ground_work(points, imposed, change, body_terms):
-    """Add half the work of the ground movement in a step on the bonded points."""
+    """Add half the work of the ground movement in a step on the bonded points (trapezoidal rule)."""
     for m in range(imposed.point.size):
         p = points[imposed.point[m]]
         if p.status == BONDED:
@@ -50,7 +50,7 @@ def run_steps(
     search_distance,
     counts,
 ):
-    """Integrate from step ``first`` to ``last``, or until neighbours must be searched; return the step.
+    """Integrate from step ``first`` to ``last``, or until neighbours must be searched; return the next step.
 
     ``loading`` (steps + 1, 3): displacement x, y of the base (m) and load factor. ``damping``: local (1),
     mass-proportional (1/s), stiffness-proportional (s), of pressed contacts (s). ``search_distance`` (m): 0 without

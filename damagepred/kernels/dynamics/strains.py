@@ -1,9 +1,10 @@
 """Strain and curvature of elastic blocks with large displacements; see ``damagepred.assembly.elastic_blocks``.
 
-Both act in the frame that rotates with the block: ``own`` has the displacements of a boundary point per unit strain and
-curvature, ``target`` the displacements of the position it faces on an edge. The generalised forces are the exact
-gradient of the contact energy, so that energy, momentum and angular momentum are conserved. Centrifugal forces on
-strains and changes of inertia are neglected: both are of the order of the strain.
+Both act in the frame that rotates with the block. ``strains`` (``BlockStrains`` of solvers/dynamics) is None in walls
+of rigid blocks; its ``number`` gives the entry of a body. ``own`` has the displacements of boundary point i per unit
+strain and curvature, ``target`` the displacements of the position that it faces on an edge. The
+generalised forces are the exact gradient of the contact energy, so that energy, momentum and angular momentum are
+conserved. Centrifugal forces on strains and changes of inertia are neglected: both are of the order of the strain.
 """
 
 from damagepred.kernels.dynamics.motion import advance_free
@@ -36,7 +37,7 @@ def place_on_body(points, i, strains):
 
 @law
 def from_strained_edge(along, gap, i, body, strains):
-    """Coordinate and distance of point i relative to the strained edge (m)."""
+    """Coordinate along, and distance from, the strained edge of a body that point i faces (m), from the rigid ones."""
     if strains is not None:
         d, target, now = strains.number[body], strains.target, strains.displacement
         along -= target[i, 0, 0] * now[d, 0] + target[i, 0, 1] * now[d, 1]
@@ -46,7 +47,7 @@ def from_strained_edge(along, gap, i, body, strains):
 
 @law
 def unstrained_place(x, y, body, pose, strains):
-    """Position x, y (m) without the strain of its body."""
+    """Position x, y (m) that a point of a body would have if the strain of the body were 0."""
     d, now, c, s = strains.number[body], strains.displacement, pose[body, 2], pose[body, 3]
     arm_x, arm_y = x - pose[body, 0], y - pose[body, 1]
     x_s, y_s, x_k, y_k = _in_body_frame(c * arm_x + s * arm_y, c * arm_y - s * arm_x, d, strains)
@@ -75,7 +76,10 @@ def face_place(strains, i, x, y, body, t_x, t_y):
 
 @law
 def push_strains(strains, i, a, b, pose, f_x, f_y, normal, shear):
-    """Add the generalised forces of a contact on strain and curvature of its two bodies."""
+    """Add the generalised forces of contact i on strain and curvature of its bodies a and b.
+
+    The force on a is (``f_x``, ``f_y``); on the edge of b it is ``shear`` along and ``normal`` across (N).
+    """
     if strains is not None:
         force, shape, target = strains.force, strains.own, strains.target
         x, y = pose[a, 2] * f_x + pose[a, 3] * f_y, pose[a, 2] * f_y - pose[a, 3] * f_x

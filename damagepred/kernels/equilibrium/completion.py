@@ -1,4 +1,8 @@
-"""Post-processing of a converged equilibrium: tangent, recovery of condensed subtrees, bond loads."""
+"""Steps after a solution of the active fronts: tangent for the next prediction, condensed parts, bond loads.
+
+The solution is mostly an equilibrium that Newton's method has found. It may also be a prediction, the wall at rest, or
+an iterate without equilibrium: ``complete`` and ``store_tangent`` take any displacements.
+"""
 
 from typing import NamedTuple
 
@@ -10,7 +14,7 @@ from damagepred.kernels.linear.condensation import recover
 
 
 class Completed(NamedTuple):
-    """Findings at an equilibrium."""
+    """Result of ``complete``."""
 
     within: bool  # whether displacements are below the limit of the state
     sliding: int  # condensed interfaces that leave the elastic range
@@ -20,11 +24,12 @@ class Completed(NamedTuple):
 
 @kernel
 def store_tangent(wall, state, support_step, displacement):
-    """Store the tangents of the active interfaces, and the force of the joints per load factor, at an equilibrium.
+    """Store the tangents of the last residual and the force per load factor in ``wall.tangent`` and ``wall.rate``.
 
-    Where ground and supports move, or live load acts in deformable blocks, the rate of the force is a forward
-    difference: ``state.other_ground`` and ``support_step`` are the ground, and the movement of the prescribed degrees
-    of freedom, a small step of the load factor ahead.
+    The last residual must be at ``displacement``. ``predict`` reads both. Where ground and supports move, or live
+    load acts in deformable blocks, the rate is a forward difference over ``wall.rate_step``: ``state.other_ground`` and
+    ``support_step`` are the ground, and the movement of the prescribed degrees of freedom, after that step. The
+    difference overwrites ``wall.stiffness`` of the moving interfaces; the next residual fills it again.
     """
     stiffness, tangent, listed, components = wall.stiffness, wall.tangent, wall.interfaces.moving, wall.components
     for i in wall.interfaces.active:
@@ -49,7 +54,11 @@ def store_tangent(wall, state, support_step, displacement):
 
 @kernel
 def complete(wall, state, displacement):
-    """Recover condensed subtrees and the inside of blocks, check condensed interfaces, and compute all bond loads."""
+    """Recover condensed subtrees and the inside of blocks, find condensed interfaces that slide, fill bond loads.
+
+    ``displacement`` holds the active fronts, and gets all others. ``wall.bonds`` gets ``load``, and ``slides`` of
+    condensed interfaces; ``Equilibrium.find`` makes their fronts active and seeks the equilibrium again.
+    """
     within = within_limit(displacement, wall.freedoms.free, wall.freedoms.arms, state.limit)
     interfaces, bonds, sliding, condensed_load = wall.interfaces, wall.bonds, 0, 0.0
     law, joints, blocks = wall.components.law, wall.components.joints, wall.components.blocks

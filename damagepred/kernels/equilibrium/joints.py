@@ -1,4 +1,4 @@
-"""Steps of all joints of a wall: the joint law at the contacts of listed interfaces."""
+"""Steps of all joints of a wall: the joint law of ``damagepred.kernels.interface`` at the contacts of interfaces."""
 
 from functools import cache
 from typing import Any, NamedTuple
@@ -13,37 +13,47 @@ from damagepred.kernels.jit import kernel, law, phase, rule
 from damagepred.kernels.joint.return_mapping import ReturnMapping
 
 
-class _OnGround(NamedTuple):
-    normal: NDArray[np.float64]
-    shear: NDArray[np.float64]
-
-
 class _Sides(NamedTuple):
     dof: NDArray[np.int64]
     rows: NDArray[np.float64]
 
 
-class _Interfaces(NamedTuple):
+class JointArrays(NamedTuple):
+    """Fields of ``Joints`` as the laws take them: ``elastic`` is None without elastic blocks, to omit their code."""
+
     edge: Any
     contact_offset: NDArray[np.float64]
     contact_area: NDArray[np.float64]
     elastic: _Sides | None
+    properties: Any
+    options: ReturnMapping
+    no_strength: float
+    block_stress: float
 
 
 @law
-def _law_of(joints, general, elastic):
-    """Interfaces, properties and parameters of the return mapping."""
+def _arrays_of(joints, general, elastic):
+    """``JointArrays`` of a wall; ``general`` and ``elastic`` as in ``joint_steps``."""
     sides = None if elastic is None else _Sides(joints.side_dof, joints.side_rows)
     v = joints.return_mapping
-    options = ReturnMapping(int(v[0]), v[1], v[2], int(v[3]), v[4], v[5], general)
-    return _Interfaces(joints.edge, joints.contact_offset, joints.contact_area, sides), joints.properties, options
+    return JointArrays(
+        joints.edge,
+        joints.contact_offset,
+        joints.contact_area,
+        sides,
+        joints.properties,
+        ReturnMapping(int(v[0]), v[1], v[2], int(v[3]), v[4], v[5], general),
+        joints.no_strength,
+        joints.block_stress,
+    )
 
 
 @rule
 def internal_forces(components, state, ground, live, listed, coulomb, condensed_too, displacement, force, stiffness):
-    """Add the forces of listed joints, of sections and of deformable blocks; fill the tangents of the interfaces.
+    """Add the forces of listed joints, of all sections and blocks to ``force``; fill the tangents of the interfaces.
 
-    Ground and live load may be ahead of the state. ``condensed_too``: also blocks in condensed fronts.
+    ``ground`` and ``live`` may be ahead of the state. ``coulomb``: Coulomb law or Tresca problem; ``condensed_too``:
+    also blocks in condensed fronts. In ``displacement``, the motion of facets and the inside of yielding blocks follow.
     """
     footing, blocks, joints, law = components.footing, components.blocks, components.joints, components.law
     if blocks.present:
@@ -71,33 +81,27 @@ def fill_bond_loads(components, state, listed, displacement, load):
     return components.law.bond_loads(components.joints, state.history, state.ground, listed, displacement, load)
 
 
-@law
-def _interfaces_of(joints):
-    sides = _Sides(joints.side_dof, joints.side_rows)
-    return _Interfaces(joints.edge, joints.contact_offset, joints.contact_area, sides)
-
-
 @phase(SECTION_FORCES)
 def add_section_forces(sections, memory, joints, displacement, force, stiffness, values):
     """Add the forces of concrete sections, and fill the tangents of their interfaces; see ``section_forces``."""
-    interfaces, properties = _interfaces_of(joints), joints.properties
-    section_forces(sections, memory, interfaces, properties, displacement, force, stiffness, values)
+    arrays = _arrays_of(joints, None, True)
+    section_forces(sections, memory, arrays, joints.properties, displacement, force, stiffness, values)
 
 
 @kernel
 def fill_section_values(footing, state, joints, displacement, force, stiffness, values):
-    """Fill the values of all sections; force and tangents are room."""
+    """Fill deformation and forces of all sections (s, 6), see ``section_forces``; force and stiffness are room."""
     footing.add_forces(footing.sections, state.sections, joints, displacement, force, stiffness, values)
 
 
 @kernel
 def commit_section_history(footing, state, joints, displacement):
     """Commit the history variables of all sections at an equilibrium."""
-    commit_sections(footing.sections, state.sections, _interfaces_of(joints), displacement)
+    commit_sections(footing.sections, state.sections, _arrays_of(joints, None, True), displacement)
 
 
 class JointSteps:
-    """Steps of the joints of walls of one kind."""
+    """Functions of the joints of walls of one kind, made by ``joint_steps``."""
 
     def __init__(self, general, elastic):
         self.plain = general is None
@@ -105,20 +109,9 @@ class JointSteps:
         @phase(FORCES)
         def add_forces(joints, history, ground, bounds, listed, coulomb, displacement, force, stiffness):
             """Add the forces of joints and strained blocks to ``force``, and fill tangents of joints ``stiffness``."""
-            interfaces, properties, options = _law_of(joints, general, elastic)
-            tresca = bounds.bound, bounds.dilatant_opening, bounds.kappa
+            arrays, tresca = _arrays_of(joints, general, elastic), (bounds.bound, bounds.dilatant_opening, bounds.kappa)
             internal_force.joint_forces(
-                listed,
-                interfaces,
-                properties,
-                options,
-                ground,
-                history,
-                tresca,
-                coulomb,
-                displacement,
-                force,
-                stiffness,
+                listed, arrays, ground, history, tresca, coulomb, displacement, force, stiffness
             )
             if elastic is not None:
                 first, strains = joints.first_strain, joints.strain_stiffness
@@ -128,65 +121,34 @@ class JointSteps:
         @phase(BOND_LOADS)
         def bond_loads(joints, history, ground, listed, displacement, load):
             """Fill the loads of the bonds of listed interfaces; the largest."""
-            interfaces, properties, options = _law_of(joints, general, elastic)
-            return checks.bond_loads(
-                listed,
-                interfaces,
-                properties,
-                options,
-                ground,
-                history,
-                displacement,
-                joints.no_strength,
-                joints.block_stress,
-                load,
-            )
+            return checks.bond_loads(listed, _arrays_of(joints, general, elastic), ground, history, displacement, load)
 
         @phase(CHECK_ELASTIC)
         def check_elastic(joints, history, ground, listed, displacement, slides, load):
-            """Find listed interfaces that leave the elastic range, and fill the loads of their bonds; the largest."""
-            interfaces, properties, options = _law_of(joints, general, elastic)
-            return checks.check_elastic(
-                listed,
-                interfaces,
-                properties,
-                options,
-                ground,
-                history,
-                displacement,
-                joints.no_strength,
-                joints.block_stress,
-                slides,
-                load,
-            )[1]
+            """Mark listed interfaces that leave the elastic range, and fill the loads of their bonds; the largest."""
+            arrays = _arrays_of(joints, general, elastic)
+            return checks.check_elastic(listed, arrays, ground, history, displacement, slides, load)[1]
 
         @kernel
         def update_tresca_bounds(joints, state, bounds, listed, displacement, relaxation):
             """Move the bounds of the Tresca problem by a share of the way to Coulomb's limits."""
-            interfaces, properties, options = _law_of(joints, general, elastic)
-            tresca = bounds.bound, bounds.dilatant_opening, bounds.kappa
-            ground, history = state.ground, state.history
+            arrays, tresca = _arrays_of(joints, general, elastic), (bounds.bound, bounds.dilatant_opening, bounds.kappa)
             internal_force.update_tresca_bounds(
-                listed, interfaces, properties, options, ground, history, displacement, tresca, relaxation
+                listed, arrays, state.ground, state.history, displacement, tresca, relaxation
             )
 
         @kernel
         def contact_stresses(joints, state, displacement, opening, normal_stress, shear_stress):
             """Fill opening (m), normal and shear stress (Pa) of all contacts."""
-            interfaces, properties, options = _law_of(joints, general, elastic)
-            ground, history = state.ground, state.history
-            internal_force.contact_stresses(
-                interfaces, properties, options, ground, history, displacement, opening, normal_stress, shear_stress
-            )
+            arrays, ground, history = _arrays_of(joints, general, elastic), state.ground, state.history
+            internal_force.contact_stresses(arrays, ground, history, displacement, opening, normal_stress, shear_stress)
 
         @kernel
         def commit_history(joints, state, listed, displacement, never_opened, force_normal, force_shear):
-            """Commit the history; dissipation by friction, crushing and mode I, stored and softening energy (J)."""
-            interfaces, properties, options = _law_of(joints, general, elastic)
-            on_ground, ground, history = _OnGround(force_normal, force_shear), state.ground, state.history
-            return commit.commit_joint_history(
-                listed, interfaces, properties, options, ground, history, displacement, never_opened, on_ground
-            )
+            """Commit the history; see ``commit_joint_history``."""
+            arrays, on_ground = _arrays_of(joints, general, elastic), (force_normal, force_shear)
+            ground, history = state.ground, state.history
+            return commit.commit_joint_history(listed, arrays, ground, history, displacement, never_opened, on_ground)
 
         @kernel
         def law_violation(joints, state, normal_stress, shear_stress):
@@ -200,7 +162,7 @@ class JointSteps:
         self.commit_history, self.law_violation = commit_history, law_violation
 
     def law(self) -> JointLaw:
-        """Return the functions that other steps call."""
+        """Functions that other kernels call through ``wall.components.law``."""
         made: JointLaw = JointLaw(
             add_forces=self.add_forces, bond_loads=self.bond_loads, check_elastic=self.check_elastic
         )
@@ -209,5 +171,8 @@ class JointSteps:
 
 @cache
 def joint_steps(general: bool | None, elastic: bool | None) -> JointSteps:
-    """Return the steps of walls with joints that are not plain, or None, and with elastic blocks, or None."""
+    """Functions of one kind of wall, compiled once: None for ``general`` or ``elastic`` omits code.
+
+    ``general`` is None in a wall of plain joints (``is_plain``), ``elastic`` without elastic blocks; otherwise True.
+    """
     return JointSteps(general, elastic)

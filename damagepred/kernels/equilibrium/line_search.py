@@ -15,7 +15,11 @@ SAFEGUARD = 0.05
 def line_search(
     steps, wall, state, jack, jack_step, start, step, slope, ratio, slope_tolerance, maximum_step, coulomb, end, force
 ):
-    """Step length without work of the residual, by false position (Crisfield 1991, ch. 9); force ratio there."""
+    """Step length at which the work of the residual along the step is small, and the unbalanced force ratio there.
+
+    On entry ``end``, ``force`` and ``ratio`` belong to the full step, and ``slope`` is the work at its start. On return
+    ``end`` and ``force`` belong to the returned length. ``coulomb``: Coulomb law or Tresca problem.
+    """
     options = wall.parameters[0].line_search
     low, high, slope_low, slope_high, length = 0.0, 1.0, slope, np.nan, 1.0
     for _ in range(options.max_iterations):

@@ -22,8 +22,7 @@ MINIMUM_STEP = 0.1
 STAGNATION_TOLERANCE = 1e-3
 """Relative difference from the least residual at which the iteration is a cycle of active sets (1)."""
 EARLY_DIVERGENCE_RATIO = 10.0
-"""Residual over the least before, where that was below ``coulomb.warm_start_residual``, that counts as early
-divergence (1)."""
+"""Residual over the least before, where that was below ``WARM_START_RESIDUAL``, that counts as early divergence (1)."""
 EARLY_DIVERGENCE_ITERATIONS = 2
 """Iterations in a row with such a residual, which end the attempt."""
 DIVERGENCE_RATIO = 1e3
@@ -40,9 +39,10 @@ WARM_START_RESIDUAL = 30.0
 
 @rule
 def newton(steps, wall, state, jack, start, best):
-    """Newton's method with backtracking on the Coulomb law; return unbalanced force ratio and load of the jacks.
+    """Newton's method with backtracking on the Coulomb law, from ``start``; fills the ``best`` iterate.
 
-    The first iterations are undamped: active sets of contacts often stabilise although the residual grows.
+    Returns unbalanced force ratio and load of the jacks there. The first iterations are undamped: active sets of
+    contacts often stabilise although the residual grows.
     """
     parameters, room = wall.parameters[0], wall.room
     options, tolerance = parameters.newton, parameters.tolerance
@@ -81,13 +81,14 @@ def newton(steps, wall, state, jack, start, best):
 
 @rule
 def newton_with_line_search(steps, wall, state, jack, start, best):
-    """Newton's method with line search on the Coulomb law; return unbalanced force ratio and load of the jacks.
+    """Newton's method with line search on the Coulomb law, from ``start``; fills the ``best`` iterate.
 
-    A step that does not halve the residual ends where the work of the residual along it vanishes (Crisfield 1991,
-    ch. 9). Joints that open far, or a loose block, would otherwise throw the iteration away. Where a part of the wall
-    slides under constant friction, the residual stays the same along the step, whose length is the length of the
-    regularisation: there the step is lengthened until a contact closes or sticks. A step of negative work is reversed,
-    unless jacks control the deflection: then the residual is not the slope of a potential.
+    Returns unbalanced force ratio and load of the jacks there. A step that does not halve the residual ends where the
+    work of the residual along it vanishes (Crisfield 1991, ch. 9). Joints that open far, or a loose block, would
+    otherwise throw the iteration away. Where a part of the wall slides under constant friction, the residual stays the
+    same along the step, whose length is the length of the regularisation: there the step is lengthened until a contact
+    closes or sticks. A step of negative work is reversed, unless jacks control the deflection: then the residual is not
+    the slope of a potential.
     """
     parameters, room = wall.parameters[0], wall.room
     options, tolerance = parameters.newton_with_line_search, parameters.tolerance
@@ -126,10 +127,10 @@ def newton_with_line_search(steps, wall, state, jack, start, best):
 
 @kernel
 def run_newton(steps, wall, state, support_step, jack, start, best, searching):
-    """Newton's method on a wall, with line search or with backtracking, from ``start``; fills the best iterate.
+    """Newton's method with line search (``searching``) or backtracking, and the steps after an equilibrium.
 
-    Returns unbalanced force ratio and load of the jacks there, and if it is an equilibrium, whose tangent is stored,
-    what ``complete`` finds.
+    Returns unbalanced force ratio and load of the jacks at the best iterate. If that is an equilibrium, its tangent is
+    stored and it is completed; the third result is the result of ``complete``.
     """
     if searching:
         ratio, jack = newton_with_line_search(steps, wall, state, jack, start, best)

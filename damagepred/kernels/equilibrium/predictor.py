@@ -10,17 +10,17 @@ from damagepred.kernels.jit import kernel, law
 
 @law
 def _allowed_overload(bonds, joints, p, tolerance):
-    """Return a tolerance, or the overload of a weak bond, whose failure releases next to no energy."""
+    """Overload from which a bond counts as overloaded: a tolerance; more for weak bonds, which release little."""
     weak = p.tensile_strength < joints.block_stress and not p.brittle_shear
     return bonds.weak_bond_overload if weak else tolerance
 
 
 @kernel
 def interpolate_event(bonds, components, history, ground, listed, displacement, aim):
-    """Share of a step at which the first bond reaches its strength and a share ``aim`` of its event tolerance.
+    """Share of a step at which the first bond of listed interfaces fails, 1 if none does: linear interpolation.
 
-    Bond loads are taken as linear along the step: ``bonds`` holds the loads at its end; history, ground and
-    displacement hold at its start. The share is 1 if no bond of the listed interfaces fails.
+    A bond fails where its load is 1 plus ``aim`` times its event tolerance. ``bonds.load`` holds the loads at the end
+    of the step; the loads at its start follow from history, ground and displacement there.
     """
     joints, count = components.joints, 0
     properties, after, start, overloaded = joints.properties, bonds.load, bonds.load_at_start, bonds.overloaded
@@ -44,11 +44,12 @@ def interpolate_event(bonds, components, history, ground, listed, displacement, 
 
 @kernel
 def predict(steps, wall, state, increment, prescribed_ahead, start, ahead, bonds_of_all, aim):
-    """Predict displacements ``ahead`` with the last tangent, and the next event (sequentially linear; Rots 2001).
+    """Fill displacements ``ahead`` at the end of a step with ``wall.tangent``; find the next event (Rots 2001).
 
-    ``state`` is at the end of the step, its other ground at the start; ``increment`` is the load's increment. Supports
-    move to ``prescribed_ahead``. Returns whether displacements are below the limit, and the share of the step to the
-    next event in active interfaces, or in all.
+    ``state`` has the loads at the end of the step, its other ground is at the start; ``increment`` is the increment of
+    the force (N, N m), and prescribed degrees of freedom end at ``prescribed_ahead``. Returns whether displacements are
+    below the limit, and the share of the step to the next event in active interfaces (``bonds_of_all``: in all).
+    ``Continuation`` turns the share into the load factor of the next step.
     """
     freedoms, interfaces, components, step = wall.freedoms, wall.interfaces, wall.components, wall.room[0]
     steps.solve(wall, state, wall.tangent, True, start, increment, step)

@@ -6,7 +6,7 @@ from numba import types
 from damagepred.kernels.equilibrium.joints import internal_forces
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
 from damagepred.kernels.equilibrium.wall import State, Wall
-from damagepred.kernels.interface.residual import free_residual, within_limit
+from damagepred.kernels.interface.residual import free_residual
 from damagepred.kernels.jit import kernel, law, phase
 from damagepred.kernels.linear.condensation import subtract_boundary_forces
 from damagepred.kernels.linear.solver import ITERATIONS
@@ -101,12 +101,6 @@ def solve_step(wall, state, stiffness, bordered, displacement, residual, step):
         return bordered_step(wall.freedoms.weights, solution, missing, step)
     wall.solve_tangent(wall.solver, stiffness, residual.reshape(1, residual.size), step.reshape(1, step.size))
     return 0.0
-
-
-@law
-def goes_too_far(wall, displacement, limit):
-    """Whether a displacement of an active degree of freedom exceeds a limit (m)."""
-    return not within_limit(displacement, wall.freedoms.free, wall.freedoms.arms, limit)
 
 
 class Steps(Structure):

@@ -1,8 +1,9 @@
 """Minimum of the potential of a Tresca problem: Newton's method with line search (Wriggers 2006, ch. 10)."""
 
 from damagepred.kernels.equilibrium.line_search import MAXIMUM_STEP, line_search
-from damagepred.kernels.equilibrium.residual import controls_deflection, goes_too_far, missing_deflection
+from damagepred.kernels.equilibrium.residual import controls_deflection, missing_deflection
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
+from damagepred.kernels.interface.residual import within_limit
 from damagepred.kernels.jit import kernel, rule
 
 MAX_MINIMISATION_ITERATIONS = 100
@@ -39,7 +40,7 @@ def minimise_tresca(steps, wall, state, jack, tolerance, u):
             steps, wall, state, jack, 0.0, u, step, slope, ratio, within, longest, False, trial, force
         )
         copy(trial, u)
-        if goes_too_far(wall, u, state.limit):
+        if not within_limit(u, wall.freedoms.free, wall.freedoms.arms, state.limit):
             break
     return jack
 

@@ -1,4 +1,8 @@
-"""A wall and its state, as the steps of the quasi-static solver take them."""
+"""A wall and its state, as the steps of the quasi-static solver take them.
+
+``Residual`` (solvers/quasi_static/residual.py) makes all of them. When the active fronts change, it makes a new
+``Wall`` of the same arrays. Kernels change room, and the fields marked with their names; all others are constant.
+"""
 
 import numpy as np
 from numba import from_dtype, types
@@ -64,7 +68,7 @@ class Joints(Structure):
 
 
 class History(Structure):
-    """History variables of the contacts (m, q)."""
+    """History variables of the contacts (m, q): arrays of a ``JointHistory``; only ``commit_history`` changes them."""
 
     slip = FLOAT_ROWS
     dilatant_opening = FLOAT_ROWS
@@ -80,7 +84,10 @@ class Ground(Structure):
 
 
 class TrescaBounds(Structure):
-    """Given quantities of the Tresca problem (m, q): shear bound (Pa), dilatant opening and kappa (m)."""
+    """Given quantities of the Tresca problem (m, q): shear bound (Pa), dilatant opening and kappa (m).
+
+    ``tresca_fixed_point`` sets their start, ``update_tresca_bounds`` moves them.
+    """
 
     bound = FLOAT_ROWS
     dilatant_opening = FLOAT_ROWS
@@ -141,15 +148,17 @@ class Bonds(Structure):
     """Loads of the bonds (m, q), 1 at the strength, and where the next one fails."""
 
     load = FLOAT_ROWS
+    """At the last solution (``complete``, ``predict``, ``fill_bond_loads``)."""
     load_at_start = FLOAT_ROWS
+    """Room for the loads at the start of a step (``interpolate_event``)."""
     slides = FLAGS
-    """Condensed interfaces that leave the elastic range."""
+    """Condensed interfaces that leave the elastic range (``complete``)."""
     overloaded = INTEGERS
     """Room for interfaces with an overloaded bond."""
     overload_tolerance = types.float64
     event_tolerance = types.float64
     weak_bond_overload = types.float64
-    """Field of ``ContinuationOptions``."""
+    """Fields of ``ContinuationOptions``."""
 
 
 class Freedoms(Structure):
@@ -179,10 +188,10 @@ class Wall(Structure):
     condensation = Condensation.kind
     solve_tangent = types.FunctionType(SOLVE_TANGENT)
     stiffness = FLOAT_ROWS
-    """Tangents of the interfaces at the last residual (m, 9)."""
+    """Tangents D of the interfaces at the last residual (m, 9) (``wall_residual``)."""
     tangent = FLOAT_ROWS
     rate = FLOATS
-    """Tangents at the last equilibrium, and force of the joints per load factor there."""
+    """Tangents at the last equilibrium, and force of the joints per load factor there (``store_tangent``)."""
     rate_step = types.float64
     """Increment of the load factor for that rate (1)."""
     force = FLOATS

@@ -5,7 +5,11 @@ from damagepred.kernels.jit import kernel
 
 @kernel
 def external_work(loads, residual, before, after, ground, ground_after, force, force_after):
-    """Work of unit dead and live load, of the ground, and largest work of the residual (J)."""
+    """Work of unit dead and live load, work of the ground, and bound of the work of the residual (J).
+
+    ``loads``: dead and live load; ``before``, ``after``: displacements; ``ground`` and ``force``: normal and shear
+    displacements of the ground and forces on it, before and after the step.
+    """
     dead, live, at_most, by_ground = 0.0, 0.0, 0.0, 0.0
     for i in range(before.size):
         moved = after[i] - before[i]

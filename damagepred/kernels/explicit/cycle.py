@@ -42,7 +42,11 @@ def run_cycles(
     load_factor_step,
     cycles,
 ):
-    """Run ``cycles`` cycles while the movement advances by ``load_factor_step`` in each."""
+    """Run ``cycles`` cycles while the load factor advances by ``load_factor_step`` in each.
+
+    Joint law of all tiles, sum of forces, sections, zones, jacks, law of motion. ``special``, ``softening``, ``zoned``,
+    ``sections`` and ``pump`` are None in walls without them, and the compiler omits their code.
+    """
     force, displacement = motion.force, motion.displacement
     tiles, ground = joints.tiles, joints.ground
     first_ground = tiles.size - ground.size

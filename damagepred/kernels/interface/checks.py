@@ -1,8 +1,11 @@
-"""Checks of the joint law at a displacement: loads of the bonds, inelastic condensed joints, violation by stresses."""
+"""Checks of the joint law at a displacement: loads of the bonds, inelastic condensed joints, violation by stresses.
+
+Arguments as in ``internal_force``. A bond fails where its load passes 1.
+"""
 
 import numpy as np
 
-from damagepred.kernels.interface.kinematics import ground_at, interface_motion
+from damagepred.kernels.interface.kinematics import ground_at, interface_displacement
 from damagepred.kernels.jit import law
 from damagepred.kernels.joint.limits import capped, coulomb_limit, shear_limit
 from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain, normal_law
@@ -11,7 +14,7 @@ from damagepred.kernels.joint.softening import degraded, integrity_of
 
 @law
 def bond_load(stress, strength, block_stress):
-    """Load of a bond in tension, 1 at its strength."""
+    """Load of a bond in tension, 1 at its strength; ``block_stress`` is the stress of a block's weight (Pa)."""
     # a strength below the stress of a block's weight is no scale for the overload
     return stress / strength if strength >= block_stress else 1.0 + (stress - strength) / block_stress
 
@@ -30,8 +33,12 @@ def softened_bond_load(general, parameters, kappa, e, tau, no_strength):
 
 
 @law
-def _load_of_contact(p, options, plain, cracked, kappa, e, u_s, no_strength, block_stress):
-    """Load of the bond of a contact, 1 at its strength, 0 without bond or where it softens instead of breaking."""
+def _load_of_contact(joints, p, plain, cracked, kappa, e, u_s):
+    """Load of the bond of a contact, 1 at its strength, 0 without bond or where it softens instead of breaking.
+
+    ``e`` is the opening less dilatant opening, ``u_s`` the shear less slip (m).
+    """
+    options, no_strength, block_stress = joints.options, joints.no_strength, joints.block_stress
     residual = p.residual_tensile_strength
     if not plain and p.critical_opening > 0.0:
         breaks = p.brittle_shear and kappa < p.critical_opening
@@ -52,22 +59,23 @@ def _load_of_contact(p, options, plain, cracked, kappa, e, u_s, no_strength, blo
 
 
 @law
-def bond_loads(active, interfaces, properties, options, ground, history, displacement, no_strength, block_stress, load):
-    """Fill the load of each bond, 1 at its strength, 0 without bond; return the largest."""
-    edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
+def bond_loads(listed, joints, ground, history, displacement, load):
+    """Fill the load of each bond of listed interfaces, 1 at its strength, 0 without bond; return the largest."""
+    edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
+    elastic, options, on_normal, on_shear = joints.elastic, joints.options, ground.normal, ground.shear
+    general = options.general
     first_ground = edges.size - on_normal.shape[0]
     heaviest = 0.0
-    for i in active:
-        opening_i, shear_i, turn_i = interface_motion(edges[i], elastic, displacement, i)
+    for i in listed:
+        opening_i, shear_i, turn_i = interface_displacement(edges[i], elastic, displacement, i)
         p = properties[i]
         plain = is_plain(p, general)
         for k in range(areas.shape[1]):
             u_n = opening_i + offsets[i, k] * turn_i - ground_at(on_normal, first_ground, i, k)
             u_s = shear_i - slips[i, k] - ground_at(on_shear, first_ground, i, k)
             cracked, kappa, e = cracks[i, k], kappas[i, k], u_n - openings[i, k]
-            load[i, k] = _load_of_contact(p, options, plain, cracked, kappa, e, u_s, no_strength, block_stress)
+            load[i, k] = _load_of_contact(joints, p, plain, cracked, kappa, e, u_s)
             heaviest = max(heaviest, load[i, k])
     return heaviest
 
@@ -82,24 +90,26 @@ def _elastic_shear_limit(general, p, sigma, options):
 
 
 @law
-def check_elastic(
-    listed, interfaces, properties, options, ground, history, displacement, no_strength, block_stress, slides, load
-):
-    """Find elastic interfaces that slide, crush or close their gap; return their number and the largest bond load."""
-    edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
+def check_elastic(listed, joints, ground, history, displacement, slides, load):
+    """Mark in ``slides`` the listed interfaces that slide, crush, soften or close their gap; fill their bond loads.
+
+    Returns the number of such interfaces and the largest bond load. Condensed interfaces must stay elastic.
+    """
+    edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
+    elastic, options, on_normal, on_shear = joints.elastic, joints.options, ground.normal, ground.shear
+    general = options.general
     first_ground = edges.size - on_normal.shape[0]
     count, heaviest = 0, 0.0
     for i in listed:
         p, inelastic = properties[i], False
-        opening_i, shear_i, turn_i = interface_motion(edges[i], elastic, displacement, i)
+        opening_i, shear_i, turn_i = interface_displacement(edges[i], elastic, displacement, i)
         plain = is_plain(p, general)
         for k in range(areas.shape[1]):
             u_n = opening_i + offsets[i, k] * turn_i - ground_at(on_normal, first_ground, i, k)
             u_s = shear_i - slips[i, k] - ground_at(on_shear, first_ground, i, k)
             cracked, kappa, e = cracks[i, k], kappas[i, k], u_n - openings[i, k]
-            load[i, k] = _load_of_contact(p, options, plain, cracked, kappa, e, u_s, no_strength, block_stress)
+            load[i, k] = _load_of_contact(joints, p, plain, cracked, kappa, e, u_s)
             heaviest, sigma = max(heaviest, load[i, k]), p.normal_stiffness * e
             if p.gap > 0.0:
                 inelastic |= sigma < 0.0  # one closed contact is enough

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from damagepred.kernels.interface.kinematics import ground_at, interface_motion
+from damagepred.kernels.interface.kinematics import ground_at, interface_displacement
 from damagepred.kernels.jit import kernel, law
 from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain
 from damagepred.kernels.joint.softening import (
@@ -16,7 +16,10 @@ from damagepred.kernels.joint.softening import (
 
 @law
 def _soften(general, p, cracked, kappa, e, slip, dilatancy):
-    """Kappa, whether the bond softens, work of its tension if slip softens it, all of its work otherwise (J/m2)."""
+    """Kappa and cracking after an equilibrium, and the work of softening (J/m2).
+
+    If slip softens the bond, the work is of tension since the last commit; otherwise all work since it was intact.
+    """
     if general is None:
         return kappa, cracked, 0.0, 0.0
     after, softens = updated_kappa(p, cracked, kappa, e, slip, dilatancy)
@@ -33,17 +36,21 @@ def _soften(general, p, cracked, kappa, e, slip, dilatancy):
 
 
 @law
-def commit_joint_history(
-    active, interfaces, properties, options, ground, history, displacement, never_opened, on_ground
-):
-    """Update slip, dilatant opening, kappa and cracking of the contacts to an equilibrium, and compute their work."""
-    edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
+def commit_joint_history(listed, joints, ground, history, displacement, never_opened, on_ground):
+    """Update the history of the contacts of listed interfaces to an equilibrium, in place.
+
+    Returns work since the last commit: friction, crushing, and tension of bonds that slip softens; then energy from
+    rest: stored, and work of all other softening bonds (J). ``never_opened`` becomes False at contacts that open;
+    ``on_ground`` takes normal and shear forces of the contacts on the ground (N).
+    """
+    edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
+    elastic, options, on_normal, on_shear = joints.elastic, joints.options, ground.normal, ground.shear
+    general = options.general
     first_ground = edges.size - on_normal.shape[0]
     friction, crushing, mode_1_dissipation, stored, softened = 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in active:
-        opening_i, shear_i, turn_i = interface_motion(edges[i], elastic, displacement, i)
+    for i in listed:
+        opening_i, shear_i, turn_i = interface_displacement(edges[i], elastic, displacement, i)
         p = properties[i]
         plain = is_plain(p, general)
         w_c = p.critical_opening
@@ -74,8 +81,8 @@ def commit_joint_history(
                 kappas[i, k], cracks[i, k] = after, softens
             stored += 0.5 * area * (sigma * (e - dilatancy) + tau * tau / p.shear_stiffness)
             if i >= first_ground:
-                on_ground.normal[i - first_ground, k] = -area * sigma
-                on_ground.shear[i - first_ground, k] = -area * tau
+                on_ground[0][i - first_ground, k] = -area * sigma
+                on_ground[1][i - first_ground, k] = -area * tau
     return friction, crushing, mode_1_dissipation, stored, softened
 
 

@@ -102,7 +102,7 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
     """Fill opening, shear displacement (m), normal and shear stress (Pa) of all contacts."""
     first_ground = interfaces.edge.size - ground.normal.shape[0]
     for i in range(interfaces.edge.size):
-        middle, along, turn = interface_displacement(interfaces, displacement, i)
+        middle, along, turn = interface_displacement(interfaces.edge[i], interfaces.elastic, displacement, i)
         parameters = properties[i]
         for k in range(interfaces.contact_area.shape[1]):
             u_n = middle + interfaces.contact_offset[i, k] * turn

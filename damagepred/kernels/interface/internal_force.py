@@ -1,6 +1,10 @@
-"""Internal force and tangent stiffness of interfaces: the joint law integrated over their contacts."""
+"""Internal force and tangent stiffness of interfaces: the joint law integrated over their contacts.
 
-from damagepred.kernels.interface.kinematics import ground_at, interface_motion, scatter_force
+``joints`` are the ``JointArrays`` of a wall, ``history`` and ``ground`` its structures of these names in
+``damagepred.kernels.equilibrium.wall``; i is an interface, k one of its contacts.
+"""
+
+from damagepred.kernels.interface.kinematics import ground_at, interface_displacement, scatter_interface_force
 from damagepred.kernels.jit import law
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain, tresca_return
@@ -8,17 +12,20 @@ from damagepred.kernels.joint.softening import updated_kappa
 
 
 @law
-def joint_forces(
-    active, interfaces, properties, options, ground, history, tresca, coulomb, displacement, force, stiffness
-):
-    """Add the internal force of interfaces to ``force``, and fill their tangent stiffness."""
-    edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
+def joint_forces(listed, joints, ground, history, tresca, coulomb, displacement, force, stiffness):
+    """Add the internal forces of listed interfaces to ``force``, and fill their tangents D (m, 9).
+
+    ``coulomb``: by the Coulomb law; otherwise by the Tresca problem, whose bounds, dilatant openings and kappas are the
+    arrays of ``tresca``. The history does not change.
+    """
+    edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
+    elastic, options, on_normal, on_shear = joints.elastic, joints.options, ground.normal, ground.shear
+    general = options.general
     first_ground = edges.size - on_normal.shape[0]
     bound, dilatant_opening, kappa = tresca
-    for i in active:
-        opening_i, shear_i, turn_i = interface_motion(edges[i], elastic, displacement, i)
+    for i in listed:
+        opening_i, shear_i, turn_i = interface_displacement(edges[i], elastic, displacement, i)
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         nn, ns, nm, sn, ss, sm, ms, mm = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         p = properties[i]
@@ -53,19 +60,23 @@ def joint_forces(
         row[0], row[1], row[2] = nn, ns, nm
         row[3], row[4], row[5] = sn, ss, sm
         row[6], row[7], row[8] = nm, ms, mm
-        scatter_force(edges[i], elastic, i, total_n, total_s, total_m, force)
+        scatter_interface_force(edges[i], elastic, i, total_n, total_s, total_m, force)
 
 
 @law
-def update_tresca_bounds(active, interfaces, properties, options, ground, history, displacement, tresca, relaxation):
-    """Set shear bounds, dilatant openings and kappas of the Tresca problem from the Coulomb law at a displacement."""
-    edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
+def update_tresca_bounds(listed, joints, ground, history, displacement, tresca, relaxation):
+    """Move shear bounds and dilatant openings of the Tresca problem towards the Coulomb law at a displacement.
+
+    ``relaxation`` is the share of the way; a bound without limit is replaced. Kappas only grow.
+    """
+    edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
+    elastic, options, on_normal, on_shear = joints.elastic, joints.options, ground.normal, ground.shear
+    general = options.general
     first_ground = edges.size - on_normal.shape[0]
     bound, dilatant_opening, kappa = tresca
-    for i in active:
-        opening_i, shear_i, turn_i = interface_motion(edges[i], elastic, displacement, i)
+    for i in listed:
+        opening_i, shear_i, turn_i = interface_displacement(edges[i], elastic, displacement, i)
         p = properties[i]
         plain = is_plain(p, general)
         for k in range(areas.shape[1]):
@@ -87,14 +98,15 @@ def update_tresca_bounds(active, interfaces, properties, options, ground, histor
 
 
 @law
-def contact_stresses(interfaces, properties, options, ground, history, displacement, opening, sigma, tau):
+def contact_stresses(joints, ground, history, displacement, opening, sigma, tau):
     """Fill opening (m), normal and shear stress (Pa) of all contacts."""
-    edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
+    edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
+    elastic, options, on_normal, on_shear = joints.elastic, joints.options, ground.normal, ground.shear
+    general = options.general
     first_ground = edges.size - on_normal.shape[0]
     for i in range(edges.size):
-        opening_i, shear_i, turn_i = interface_motion(edges[i], elastic, displacement, i)
+        opening_i, shear_i, turn_i = interface_displacement(edges[i], elastic, displacement, i)
         p = properties[i]
         plain = is_plain(p, general)
         for k in range(areas.shape[1]):

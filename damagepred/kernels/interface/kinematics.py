@@ -21,7 +21,7 @@ EDGE = np.dtype(
 
 @law
 def midpoint_displacement(normal, arm_a, arm_b, drift, turn_a, turn_b):
-    """Opening and shear (m) in the middle of an interface."""
+    """Opening and shear (m) in the middle of an interface whose body b has moved by ``drift`` relative to body a."""
     opening = normal[0] * drift[0] + normal[1] * drift[1] + arm_b[0] * turn_b - arm_a[0] * turn_a
     shear = normal[1] * drift[0] - normal[0] * drift[1] + arm_b[1] * turn_b - arm_a[1] * turn_a
     return opening, shear
@@ -29,7 +29,7 @@ def midpoint_displacement(normal, arm_a, arm_b, drift, turn_a, turn_b):
 
 @law
 def with_strains(elastic, displacement, i, opening, shear, turn):
-    """Opening, shear (m) and relative rotation of interface i, with the strains of elastic blocks."""
+    """Opening, shear (m) and relative rotation of interface i: of rigid blocks, plus the strains of elastic blocks."""
     if elastic is not None:
         for side in range(2):
             dof = elastic.dof[i, side]
@@ -43,7 +43,10 @@ def with_strains(elastic, displacement, i, opening, shear, turn):
 
 @law
 def scatter_to_strains(elastic, i, normal, shear, moment, force):
-    """Add the forces of interface i on strain and curvature of its elastic blocks."""
+    """Add the generalised forces of interface i on strain and curvature of the elastic blocks on its two sides.
+
+    They are minus the transposed ``rows`` of ``with_strains`` times normal force, shear force (N) and moment (N m).
+    """
     if elastic is not None:
         for side in range(2):
             dof = elastic.dof[i, side]
@@ -54,14 +57,11 @@ def scatter_to_strains(elastic, i, normal, shear, moment, force):
 
 
 @law
-def interface_displacement(interfaces, displacement, i):
-    """Opening and shear (m) in the middle of interface i, and its relative rotation."""
-    return interface_motion(interfaces.edge[i], interfaces.elastic, displacement, i)
+def interface_displacement(edge, elastic, displacement, i):
+    """Opening and shear (m) in the middle of interface i, and its relative rotation.
 
-
-@law
-def interface_motion(edge, elastic, displacement, i):
-    """As ``interface_displacement``, without the tuple of arrays, whose references numba would count."""
+    ``elastic`` has the strains of elastic blocks (``ElasticSides``); it is None in walls of rigid blocks.
+    """
     a, b = 3 * edge.body_a, 3 * edge.body_b
     turn_a, turn_b = displacement[a + 2], displacement[b + 2]
     opening, shear = midpoint_displacement(
@@ -76,14 +76,11 @@ def interface_motion(edge, elastic, displacement, i):
 
 
 @law
-def scatter_interface_force(interfaces, i, normal, shear, moment, force):
-    """Add the forces of interface i on its two bodies."""
-    scatter_force(interfaces.edge[i], interfaces.elastic, i, normal, shear, moment, force)
+def scatter_interface_force(edge, elastic, i, normal, shear, moment, force):
+    """Add the forces of interface i on its two bodies and on the strains of elastic blocks: -B^T (N, S, M).
 
-
-@law
-def scatter_force(edge, elastic, i, normal, shear, moment, force):
-    """As ``scatter_interface_force``, without the tuple of arrays."""
+    Normal force N, shear force S (N) and moment M (N m) about the middle, tension positive.
+    """
     n_x, n_y = edge.normal_x, edge.normal_y
     pull_x, pull_y = normal * n_x + shear * n_y, normal * n_y - shear * n_x
     a, b = 3 * edge.body_a, 3 * edge.body_b
@@ -98,5 +95,8 @@ def scatter_force(edge, elastic, i, normal, shear, moment, force):
 
 @law
 def ground_at(displacement, first, i, k):
-    """Displacement of the ground (g, q) under contact k of interface i, 0 before the first one on it."""
+    """Displacement of the ground (g, q) under contact k of interface i; 0 for interfaces between blocks.
+
+    Interfaces on the ground are the last g; ``first`` is the number of the first of them.
+    """
     return displacement[i - first, k] if i >= first else 0.0

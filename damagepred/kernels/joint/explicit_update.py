@@ -46,7 +46,7 @@ def explicit_update(opening, shear, slip, dilatant_opening, cracked, kappa, para
     u = opening - dilatant_opening
     if special is not None:
         psi, brittle_shear = p.dilation, p.brittle_shear != 0.0
-        crushed = u + p.elastic_closing
+        crushed = u + p.compressive_strength / k_n
         crushed = crushed if crushed < 0.0 else 0.0
         u -= crushed
         dilatant_opening += crushed

@@ -33,9 +33,8 @@ class JointParameters(NamedTuple):
     slip_weight: float
     dilation: float  # tan(psi) (1)
     brittle_shear: bool  # whether the first slip breaks the bond
-    # f_c (Pa), f_c / k_n (m), both infinite without cap, and 1 / C_ss (1); a joint with a cap does not dilate
+    # f_c (Pa), infinite without cap, and 1 / C_ss (1); a joint with a cap does not dilate
     compressive_strength: float
-    elastic_closing: float
     cap_compliance: float
     gap: float  # closing of an interface without bond before it is pressed (m)
 
@@ -61,7 +60,6 @@ def joint_parameters(properties):
         "critical_opening": np.where((w_c > 0.0) & (properties.softening_shape > 0.0), kappa_0 + softening_range, w_c),
         "damage_rate": 1.0 / softening_range,
         "slip_weight": (s_c > 0.0) * linear_range / np.maximum(s_c, TINY),
-        "elastic_closing": properties.compressive_strength / k_n,
         "cap_compliance": 1.0 / properties.cap_shear,
     }
     joints = np.empty(len(k_n), JOINT_PARAMETERS)
@@ -92,7 +90,6 @@ def of_lane(tile, i):
         tile.dilation[i],
         tile.brittle_shear[i],
         tile.compressive_strength[i],
-        tile.elastic_closing[i],
         tile.cap_compliance[i],
         tile.gap[i],
     )

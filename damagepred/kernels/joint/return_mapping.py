@@ -69,7 +69,7 @@ def return_mapping(parameters, cracked, kappa, e, shear, options):
     k_n, k_s, psi, w_c = p.normal_stiffness, p.shear_stiffness, p.dilation, p.critical_opening
     sigma, sigma_e, integrity, damage_e = normal_law(p, cracked, kappa, e, True)
     sigma, sigma_e = cut_off_compression(p, sigma, sigma_e, options)
-    crushing = min(e + p.elastic_closing, 0.0)
+    crushing = min(e + p.compressive_strength / k_n, 0.0)
     tau = k_s * shear  # elastic predictor
     trial = abs(tau)
     is_open = e > 0.0 and sigma == 0.0

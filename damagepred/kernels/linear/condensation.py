@@ -6,7 +6,7 @@ from damagepred.kernels.structures import FLOAT_ROWS, FLOATS, INTEGERS, Structur
 
 
 class Condensation(Structure):
-    """Superelements of the condensed subtrees; an empty ``boundary_dofs`` means no subtree is condensed."""
+    """Superelements of the condensed subtrees, made by ``StaticCondensation``; ``empty`` without them."""
 
     substitution = Substitution.kind
     """Of the condensed fronts, with one row for every degree of freedom."""
@@ -30,7 +30,7 @@ class Condensation(Structure):
 
 @rule
 def _resist(condensation, displacement):
-    """Gather displacements of the boundaries, and the forces by which the superelements resist them."""
+    """Fill ``boundary`` with the displacements of the boundaries (row 0) and stiffness times them (row 1)."""
     dofs, first, stiffness = condensation.boundary_dofs, condensation.first_boundary, condensation.stiffness
     rows, at = condensation.boundary, 0
     u, resisting = rows[:1], rows[1:2]
@@ -44,7 +44,7 @@ def _resist(condensation, displacement):
 
 @kernel
 def condense_forces(substitution, force, particular):
-    """Condense forces on condensed fronts to the active ones by forward elimination."""
+    """Condense ``force``, in place, on condensed fronts to their boundaries; ``particular``: solution, these fixed."""
     substitution.forward(substitution.factors, substitution.rows, force, particular)
 
 

@@ -1,7 +1,8 @@
 """Low-rank correction of a factorised system for a few changed interfaces, by the Woodbury identity (Hager 1989).
 
 A change D of the interface stiffness and the compliance C turn relative displacements x of the factorised system into
-correction forces p = D (x - C p), so (1 + D C) p = D x.
+correction forces p = D (x - C p), so (1 + D C) p = D x. A relative displacement is the opening (j = 0), shear (1) or
+rotation (2) of an interface i; a unit load 3 i + j is the pair of unit forces along it.
 """
 
 import numpy as np
@@ -14,7 +15,10 @@ from damagepred.kernels.structures import FLOAT_ROWS, FLOATS, INTEGER_ROWS, INTE
 
 
 class Correction(Structure):
-    """Responses to unit loads in changed interfaces, and factors of the last correction."""
+    """Responses to unit loads in changed interfaces, and factors of the last correction.
+
+    They belong to one factorisation: ``discard_responses`` empties them before the next. n interfaces may have a slot.
+    """
 
     index = INTEGERS
     """Index of each degree of freedom among the active ones, -1 where prescribed or condensed."""
@@ -51,7 +55,7 @@ class Correction(Structure):
 
 @law
 def discard_responses(correction):
-    """Discard all unit-load responses."""
+    """Discard all unit-load responses, and the factors of the last correction."""
     slot, interface_of_slot, load_slot = correction.slot, correction.interface_of_slot, correction.load_slot
     for s in range(correction.occupied):
         i = interface_of_slot[s]
@@ -61,7 +65,7 @@ def discard_responses(correction):
 
 @law
 def _relative_displacement(dofs, rows, index, displacement, i, j):
-    """Return opening (j = 0), shear (1) or rotation (2) of interface i."""
+    """Relative displacement j of interface i: row j of B times the displacement of active degrees of freedom."""
     total = 0.0
     for r in range(dofs.shape[1]):
         dof = dofs[i, r]
@@ -72,7 +76,7 @@ def _relative_displacement(dofs, rows, index, displacement, i, j):
 
 @rule
 def _relative_displacements(correction, tree, changed, solutions):
-    """Compute opening, shear and rotation of changed interfaces in each solution."""
+    """Fill ``relative`` with the relative displacements of changed interfaces in each solution."""
     relative, dofs, rows, index = correction.relative, tree.dof, tree.strain_displacement, correction.index
     for m in range(solutions.shape[0]):
         for s in range(changed.size):
@@ -82,7 +86,7 @@ def _relative_displacements(correction, tree, changed, solutions):
 
 @rule
 def _set_unit_loads(correction, tree, loads, force, between_loads, between_dofs):
-    """Set unit opening (j = 0), shear (1) or rotation (2) forces of interfaces i, 3 i + j in ``loads``."""
+    """Fill ``force`` with unit loads: force c at active degree of freedom d is at c between_loads + d between_dofs."""
     dofs, rows, index = tree.dof, tree.strain_displacement, correction.index
     for at in range(force.size):
         force[at] = 0.0
@@ -96,7 +100,7 @@ def _set_unit_loads(correction, tree, loads, force, between_loads, between_dofs)
 
 @law
 def _register(correction, loads):
-    """Give unit loads, and their interfaces, a slot."""
+    """Give unit loads, whose responses have been computed, and their interfaces the next slots."""
     slot, interface_of_slot, load_slot = correction.slot, correction.interface_of_slot, correction.load_slot
     for load in loads:
         i, j = load // 3, load % 3
@@ -109,7 +113,10 @@ def _register(correction, loads):
 
 @rule
 def _add_compliance(correction, tree, known_interfaces, known_loads):
-    """Relative displacements in all interfaces for new unit loads, and in new interfaces for all."""
+    """Fill the compliance C: of new unit loads in all interfaces with a slot, of earlier loads in new interfaces.
+
+    ``known_interfaces`` and ``known_loads`` are the numbers before the new ones.
+    """
     response, compliance, interface_of_slot = correction.response, correction.compliance, correction.interface_of_slot
     dofs, rows, index = tree.dof, tree.strain_displacement, correction.index
     for c in range(correction.loads):
@@ -125,7 +132,10 @@ RESPOND = types.void(Correction.kind, Substitution.kind, INTEGERS, types.int64)
 
 @phase(RESPOND)
 def respond(correction, substitution, loads, loop_rows):
-    """Responses to new unit loads, by loops up to ``loop_rows`` of them; all compliances with a slot."""
+    """Compute the responses to new unit loads, give them slots, and extend the compliance.
+
+    Up to ``loop_rows`` loads are solved row by row, more by products of matrices.
+    """
     tree, reached = substitution.factors.tree, substitution.rows.reached
     front = tree.interface_front
     for k in range(reached.size):
@@ -152,9 +162,10 @@ def respond(correction, substitution, loads, loop_rows):
 
 @rule
 def _stiffness_changes(correction, factorised, changed, target):
-    """Change D of the stiffness; number of its rows that are not 0; whether D is the same as in the last correction.
+    """Fill D, the target less the factorised stiffness of changed interfaces, and list its rows that are not 0.
 
-    A joint that slides changes its shear row alone.
+    D goes to ``change``, the rows to ``changed_rows``: a joint that slides changes its shear row alone. Returns the
+    number of rows, and whether D equals the D of the last correction, whose factors of 1 + D C then serve again.
     """
     change, rows, corrected = correction.change, correction.changed_rows, correction.corrected
     count, same = 0, changed.size == correction.corrected_count
@@ -177,7 +188,7 @@ def _stiffness_changes(correction, factorised, changed, target):
 
 @law
 def _correction_force(row, change, relative):
-    """One component of the correction forces D x."""
+    """Component of D x in a changed row 3 s + j, j of the changed interface number s."""
     s, j = row // 3, row % 3
     first = relative[3 * s : 3 * s + 3]
     return change[s, 3 * j] * first[0] + change[s, 3 * j + 1] * first[1] + change[s, 3 * j + 2] * first[2]
@@ -185,7 +196,7 @@ def _correction_force(row, change, relative):
 
 @rule
 def _fill_capacitance(correction, changed, count):
-    """1 + D C, transposed, of ``count`` rows."""
+    """Fill the capacitance 1 + D C of ``count`` changed rows, column by column: column c by a unit load in row c."""
     change, compliance, matrix = correction.change, correction.compliance, correction.capacitance
     slot, load_slot, rows = correction.slot, correction.load_slot, correction.changed_rows
     for c in range(count):
@@ -200,7 +211,7 @@ def _fill_capacitance(correction, changed, count):
 
 @law
 def _agrees(rows, count, change, relative, force, tolerance):
-    """Whether the solution satisfies p = D x, within a share of the largest force."""
+    """Whether correction forces p (``force``) equal D x of the corrected solution, within a share of the largest."""
     largest, apart = 0.0, 0.0
     for c in range(count):
         difference = abs(_correction_force(rows[c], change, relative) - force[c])
@@ -215,7 +226,11 @@ CORRECT = types.boolean(Correction.kind, Substitution.kind, INTEGERS, FLOAT_ROWS
 
 @phase(CORRECT)
 def correct(correction, substitution, changed, target, solutions):
-    """Correct solutions for changed interfaces by the Woodbury identity (Hager 1989); whether that is accurate."""
+    """Correct solutions of the factorised system, in place, by the Woodbury identity (Hager 1989).
+
+    All changed rows must have a response. Returns False if 1 + D C is singular or the solutions violate p = D x: they
+    are then worthless, and ``solve_tangent`` factorises.
+    """
     tree, dense = substitution.factors.tree, substitution.factors.dense
     count, same = _stiffness_changes(correction, substitution.factors.stiffness, changed, target)
     x, p, change = correction.relative, correction.force, correction.change

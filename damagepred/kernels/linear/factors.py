@@ -91,11 +91,11 @@ class Factors(Structure):
     matrices = FLOAT_BLOCKS
     """B^T D B of each interface."""
     yields = FLAGS
-    """Fronts with a deformable block that yields."""
+    """Fronts with a deformable block that yields (``update_block_tangents``)."""
     unsymmetric = FLAGS
     """Fronts whose matrix may be unsymmetric."""
     outdated = FLAGS
-    """Fronts that the next elimination computes."""
+    """Fronts that the next elimination computes; set by the caller of ``eliminate``."""
     front = FLOATS
     """Matrix of the front at work."""
     invert = types.FunctionType(INVERT)
@@ -148,7 +148,7 @@ def _assemble_front(factors, k, n):
 
 @law
 def _add_to_diagonal(values, start, size, rows, matrix):
-    """Add the values of a front, which begin at ``start``, to the diagonal of its matrix."""
+    """Add the ``size`` values of a front, from ``start`` on, to the diagonal of its matrix of ``rows`` rows."""
     for j in range(size):
         matrix[j * rows + j] += values[start + j]
 
@@ -180,7 +180,7 @@ def _is_symmetric(stiffness):
 
 @law
 def _find_unsymmetric(factors, k):
-    """Whether the matrix of front k may be unsymmetric: by an interface or block of it, or by a child."""
+    """Set ``unsymmetric`` of front k: by an interface or block of it, or by a child; return it."""
     tree, unsymmetric, stiffness = factors.tree, factors.unsymmetric, factors.stiffness
     first, children = tree.first_interface, tree.first_child
     found = factors.yields[k]
@@ -197,10 +197,11 @@ ELIMINATE = types.boolean(Factors.kind, INTEGERS, FLOAT_ROWS, FLOATS, types.bool
 
 @phase(ELIMINATE)
 def eliminate(factors, changed, target, complements, elastic):
-    """Eliminate the outdated fronts (multifrontal method, Duff and Reid 1983), changed interfaces at their target.
+    """Eliminate the ``outdated`` fronts, children first (multifrontal method, Duff and Reid 1983).
 
-    ``complements`` takes their Schur complements. Elastic fronts, which are condensed, are not regularised: that would
-    hold them in space. Whether their ancestors hold them is returned.
+    The stiffness of ``changed`` interfaces becomes ``target``; ``complements`` takes the Schur complements. ``elastic``
+    fronts, which are condensed, are not regularised: that would hold them in space. Returns False where their ancestors
+    do not hold them.
     """
     _set_stiffness(factors, changed, target)
     tree, dense, outdated, matrix = factors.tree, factors.dense, factors.outdated, factors.front

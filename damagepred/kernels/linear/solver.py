@@ -31,7 +31,7 @@ class Costs(Structure):
 
 
 class Solver(Structure):
-    """Linear solver: factors of the active fronts, and their corrections."""
+    """Linear solver: factors of the active fronts, and their corrections; ``MultifrontalSystem.activate`` makes it."""
 
     substitution = Substitution.kind
     correction = Correction.kind
@@ -48,7 +48,7 @@ class Solver(Structure):
     right = FLOAT_ROWS
     """Right-hand sides in the order of the fronts, which become solutions."""
     stale = FLAGS
-    """Fronts that the next factorisation must eliminate."""
+    """Fronts that the next factorisation must eliminate: newly active fronts, and fronts of yielding blocks."""
     must_factorise = FLAGS
     """Whether the next solution needs a factorisation: one entry, which Python may set."""
     counts = INTEGERS
@@ -63,9 +63,10 @@ class Solver(Structure):
 
 @law
 def _list_changed(solver, stiffness):
-    """List active interfaces whose stiffness differs from the factorised one, and unit loads that need a response.
+    """List in ``changed`` the active interfaces whose stiffness differs from the factorised one; set the target.
 
-    Returns their numbers, the number of rows that differ, and the number of listed interfaces without any response.
+    ``new`` lists the unit loads of their changed rows that have no response. Returns the numbers of changed interfaces,
+    of changed rows, of new loads, and of changed interfaces without any response.
     """
     count, new, rows, unknown = 0, 0, 0, 0
     changed, listed, target = solver.changed, solver.new, solver.target
@@ -152,7 +153,7 @@ def _factorise(solver, changed):
 
 @law
 def _solve_all(solver, force, right):
-    """Solve for the right-hand sides, with forces on all fronts."""
+    """Solve with the present factors: copy ``force`` to ``right`` in the order of the fronts, and solve in place."""
     reached, dofs = solver.substitution.rows.reached, solver.active_dofs
     for k in range(reached.size):
         reached[k] = True
@@ -164,7 +165,7 @@ def _solve_all(solver, force, right):
 
 @law
 def _correct(solver, changed, new, right):
-    """Correct the solution for changed interfaces; whether the correction is accurate."""
+    """Compute missing responses, and correct the solutions ``right``; whether the correction is accurate."""
     correction, substitution = solver.correction, solver.substitution
     for first in range(0, new.size, solver.batch):
         solver.respond(correction, substitution, new[first : min(first + solver.batch, new.size)], solver.loop_rows)
@@ -178,7 +179,8 @@ SOLVE_TANGENT = types.void(Solver.kind, FLOAT_ROWS, FLOAT_ROWS, FLOAT_ROWS)
 def solve_tangent(solver, stiffness, force, displacement):
     """Solve the tangent equations for rows of forces; displacements are 0 where prescribed or condensed.
 
-    The factors are corrected for a changed stiffness of the interfaces (m, 9), or computed again.
+    ``stiffness`` (m, 9): of all interfaces. Where it differs from the factorised stiffness, solutions are
+    corrected, or the fronts of these interfaces and their ancestors are factorised again, whichever costs less.
     """
     count, rows, new, unknown = _list_changed(solver, stiffness)
     changed, right = solver.changed[:count], solver.right[: force.shape[0]]

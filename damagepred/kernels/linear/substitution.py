@@ -17,7 +17,7 @@ class Rows(Structure):
     boundary_row = INTEGERS
     """Where the rows of each front begin, and the rows of its boundary."""
     reached = FLAGS
-    """Fronts on which there are forces."""
+    """Fronts on which there are forces; callers set it, and forward elimination adds their ancestors."""
     gathered = FLOAT_ROWS
     """Displacements of, or forces on, a boundary."""
 
@@ -58,8 +58,8 @@ SUBSTITUTE = types.void(Factors.kind, Rows.kind, FLOAT_ROWS, FLOAT_ROWS)
 def forward(factors, rows, force, particular):
     """Forward elimination: condense forces on the ancestors, and solve with these fixed.
 
-    Forces act on fronts that are ``reached``, and reach their parents; ``particular`` takes the solution, ancestors
-    fixed.
+    ``force`` is changed in place and is zero on fronts that are not ``reached``; ``particular`` takes the solution with
+    ancestors fixed. Entries of both follow ``rows``.
     """
     tree, fronts, reached = factors.tree, rows.fronts, rows.reached
     start, first, parent, row_start = tree.start, tree.first_boundary, tree.parent, rows.row_start
@@ -87,7 +87,7 @@ def forward(factors, rows, force, particular):
 
 @phase(SUBSTITUTE)
 def back(factors, rows, displacement, particular):
-    """Back substitution: recover the displacements of fronts from their ancestors."""
+    """Back substitution: ``displacement`` of each front is its particular solution less A^-1 B times its ancestors'."""
     tree, edges = factors.tree, rows.gathered[: displacement.shape[0]]
     start, first, row_start = tree.start, tree.first_boundary, rows.row_start
     for k in rows.fronts:

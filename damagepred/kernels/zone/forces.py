@@ -12,7 +12,7 @@ come in cells of four, which share a gridpoint.
 import numpy as np
 
 from damagepred.kernels.jit import kernel, law, rule
-from damagepred.kernels.zone.law import within_yield_surface, zone_return
+from damagepred.kernels.zone.law import seven, within_yield_surface, zone_return
 
 LANES = 8
 """Blocks in a batch."""
@@ -97,7 +97,10 @@ def scatter_facet_forces(facets, force):
 
 @law
 def gather(displacement, start, corners, cell, work):
-    """Gather the displacements of a cell's gridpoints, and compute its hourglass displacement."""
+    """Gather the displacements of a cell's gridpoints in ``work``, and compute its hourglass displacement.
+
+    ``start`` is the first degree of freedom of the batch, ``corners`` the places of the five gridpoints after it.
+    """
     for p in range(5):
         at = start + corners[p]
         for lane in range(work.lanes):
@@ -116,7 +119,7 @@ def gather(displacement, start, corners, cell, work):
 
 @law
 def scatter(work, start, corners, force):
-    """Scatter the forces of a cell to its gridpoints."""
+    """Add the forces in ``work`` to the gridpoints of a cell; arguments as in ``gather``."""
     for p in range(5):
         at = start + corners[p]
         for lane in range(work.lanes):
@@ -219,18 +222,15 @@ def _elastic_cell(work, cell, moduli):
 
 
 @law
+def _of_lane(v, lane):
+    """Elasticity or strength in a lane, as a tuple."""
+    return v[0, lane], v[1, lane], v[2, lane], v[3, lane], v[4, lane], v[5, lane], v[6, lane]
+
+
+@law
 def _exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, strength, lane):
     """Whether a stress lies outside the yield surface; True for NaN."""
-    limits = (
-        strength[0, lane],
-        strength[1, lane],
-        strength[2, lane],
-        strength[3, lane],
-        strength[4, lane],
-        strength[5, lane],
-        strength[6, lane],
-    )
-    return not within_yield_surface(s_xx, s_yy, s_xy, s_zz, limits)
+    return not within_yield_surface(s_xx, s_yy, s_xy, s_zz, _of_lane(strength, lane))
 
 
 @law
@@ -276,8 +276,8 @@ def plastic_correction(work, cell, memory, moduli):
                 t_yy,
                 t_xy,
                 t_zz,
-                (c[0, lane], c[1, lane], c[2, lane], c[3, lane], c[4, lane], c[5, lane], c[6, lane]),
-                (l[0, lane], l[1, lane], l[2, lane], l[3, lane], l[4, lane], l[5, lane], l[6, lane]),
+                _of_lane(c, lane),
+                _of_lane(l, lane),
             )
             p[k, 0, lane] += p_xx
             p[k, 1, lane] += p_yy
@@ -343,8 +343,7 @@ def zone_stresses(zones, displacement, stress):
 def find_yielding_zones(stress, strength, block, yields):
     """Find the zones whose stress lies outside the yield surface."""
     for z in range(block.size):
-        l = strength[block[z]]
-        limits = (l[0], l[1], l[2], l[3], l[4], l[5], l[6])
+        limits = seven(strength[block[z]])
         yields[z] = not within_yield_surface(stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3], limits)
 
 
@@ -352,12 +351,11 @@ def find_yielding_zones(stress, strength, block, yields):
 def return_stresses(stress, elasticity, strength, block):
     """Return stresses to the yield surface in place (Mohr-Coulomb return mapping); no history variable changes."""
     for z in range(block.size):
-        c, l = elasticity[block[z]], strength[block[z]]
         stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3], _, _, _, _, _ = zone_return(
             stress[z, 0],
             stress[z, 1],
             stress[z, 2],
             stress[z, 3],
-            (c[0], c[1], c[2], c[3], c[4], c[5], c[6]),
-            (l[0], l[1], l[2], l[3], l[4], l[5], l[6]),
+            seven(elasticity[block[z]]),
+            seven(strength[block[z]]),
         )

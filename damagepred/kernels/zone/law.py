@@ -88,6 +88,12 @@ def zone_strength(cohesion, friction, dilation, tensile_strength):
     return tuple(v[()] for v in (compressive, n, m, tension, at_no_pressure, friction * cosine, 1.0 / n))
 
 
+@law
+def seven(values):
+    """Elasticity or strength of a zone, an array (7,), as a tuple."""
+    return values[0], values[1], values[2], values[3], values[4], values[5], values[6]
+
+
 # -- quick test ------------------------------------------------------------------------------------------------------
 
 

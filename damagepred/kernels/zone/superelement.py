@@ -23,7 +23,7 @@ from damagepred.kernels.structures import (
     Structure,
 )
 from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces
-from damagepred.kernels.zone.law import within_yield_surface, zone_return, zone_tangent
+from damagepred.kernels.zone.law import seven, within_yield_surface, zone_return, zone_tangent
 
 
 class BlockShapes(Structure):
@@ -74,7 +74,11 @@ class BlockSums(Structure):
 
 
 class DeformableBlocks(Structure):
-    """Deformable blocks, d of them, of z zones; loads and interior displacements stand at their degrees of freedom."""
+    """Deformable blocks, d of them, of z zones; loads and interior displacements stand at their degrees of freedom.
+
+    ``Superelements`` (solvers/quasi_static) makes them, and sets ``active`` and ``condensed``; kernels change fields
+    marked with their names, and trial stresses.
+    """
 
     shapes = BlockShapes.kind
     facets = FacetPieces.kind
@@ -92,7 +96,7 @@ class DeformableBlocks(Structure):
     particular = FLOAT_ROWS
     """Interior displacement under them, boundaries held (2, size) (m)."""
     inelastic = FLOATS
-    """Inelastic part of the interior displacement in the last solution (size,) (m)."""
+    """Inelastic part of the interior displacement in the last solution (size,) (m) (``_correct_block``)."""
     rows = FLOAT_BLOCKS
     volume = FLOATS
     """Strain-displacement matrices (z, 3, 10), and volumes (z,) (m3)."""
@@ -104,9 +108,9 @@ class DeformableBlocks(Structure):
     condensed = FLAGS
     """Blocks of condensed fronts."""
     yielding = FLAGS
-    """Blocks of which a zone yields in the last tangents."""
+    """Blocks of which a zone yields in the last tangents (``update_block_tangents``)."""
     outdated = FLAGS
-    """Whether there was a residual since the last tangents: one entry."""
+    """Whether there was a residual (``add_block_forces``) since the last tangents: one entry."""
     tolerance = types.float64
     """Residual of the interior over the largest nodal force of a zone (1)."""
 
@@ -123,12 +127,6 @@ class InteriorOptions(NamedTuple):
 
 
 OPTIONS = InteriorOptions()
-
-
-@law
-def _as_tuple(values):
-    """Return seven numbers as a tuple."""
-    return values[0], values[1], values[2], values[3], values[4], values[5], values[6]
 
 
 @law
@@ -157,14 +155,18 @@ def _matrix(shapes, s, matrices):
 
 @law
 def _cells(shapes, s):
+    """Cells of a shape (c, 10)."""
     return shapes.cells[shapes.first_cell[s] : shapes.first_cell[s + 1]]
 
 
 @rule
 def _internal_force(blocks, d, plastic, u, trial, force):
-    """Fill trial stresses and internal force (n,) of a block; its largest nodal force (N), and whether it yields."""
+    """Fill ``trial`` stresses of the zones of block d, and its internal force after return mapping (n,).
+
+    ``u`` are its displacements (n,). Returns the largest nodal force of a zone (N), and whether a zone yields.
+    """
     shapes, s = blocks.shapes, blocks.shape[d]
-    moduli, limits, largest, yields = _as_tuple(shapes.elasticity[s]), _as_tuple(blocks.strength[d]), 0.0, False
+    moduli, limits, largest, yields = seven(shapes.elasticity[s]), seven(blocks.strength[d]), 0.0, False
     first, cells = blocks.first_zone[d], _cells(shapes, s)
     for i in range(force.size):
         force[i] = 0.0
@@ -185,7 +187,7 @@ def _internal_force(blocks, d, plastic, u, trial, force):
 def _fill_tangent(blocks, d, trial, tangent):
     """Fill the tangent of all degrees of freedom of a block (n, n) at trial stresses; return whether a zone yields."""
     shapes, s = blocks.shapes, blocks.shape[d]
-    moduli, limits, yields = _as_tuple(shapes.elasticity[s]), _as_tuple(blocks.strength[d]), False
+    moduli, limits, yields = seven(shapes.elasticity[s]), seven(blocks.strength[d]), False
     first, cells, stiffness = blocks.first_zone[d], _cells(shapes, s), _matrix(shapes, s, shapes.stiffness)
     for i in range(tangent.shape[0]):
         for j in range(tangent.shape[0]):
@@ -240,7 +242,7 @@ def _solve(matrix, columns):
 
 @law
 def _interior_residual(load, force, residual):
-    """Compute the residual on the interior (i, 1); return its largest entry (N)."""
+    """Fill load less internal force on the interior (i, 1); return its largest entry (N), NaN if any is."""
     largest, total, boundary = 0.0, 0.0, force.size - load.size
     for i in range(load.size):
         residual[i, 0] = load[i] - force[boundary + i]
@@ -262,7 +264,8 @@ def _correct_block(blocks, d, plastic, load, live, trial, displacement, force):
     """Bring the interior of a yielding block to equilibrium, and correct the elastic forces on its boundary.
 
     Newton's method with line search on the energy, from the elastic interior shifted by the inelastic part of the last
-    solution. Forces are NaN where the interior has no equilibrium.
+    solution. Changes the interior in ``displacement``, ``trial`` stresses, and ``blocks.inelastic``; forces are NaN
+    where the interior has no equilibrium.
     """
     s, dof, tolerance = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]], blocks.tolerance
     n, r, condensed = dof.size, blocks.shapes.boundary[s], _matrix(blocks.shapes, s, blocks.shapes.condensed)
@@ -452,7 +455,10 @@ def _condense_tangent(blocks, d, tangents):
 
 @phase(UPDATE_TANGENTS)
 def update_block_tangents(blocks, solver):
-    """Condense the tangents of active blocks as of the last residual; the solver eliminates the fronts that change."""
+    """Condense the tangents of active blocks as of the last residual, and mark the fronts that change as stale.
+
+    The next solution eliminates these fronts again.
+    """
     if not blocks.outdated[0]:
         return
     factors, yielding = solver.substitution.factors, blocks.yielding
@@ -502,7 +508,7 @@ def trial_stresses(blocks, plastic, displacement, stress):
     """Fill s_xx, s_yy, s_xy and s_zz of the zones (z, 4), if none yields any further (Pa)."""
     for d in range(blocks.shape.size):
         s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
-        moduli, first, cells = _as_tuple(blocks.shapes.elasticity[s]), blocks.first_zone[d], _cells(blocks.shapes, s)
+        moduli, first, cells = seven(blocks.shapes.elasticity[s]), blocks.first_zone[d], _cells(blocks.shapes, s)
         u = np.empty(dof.size)
         for i in range(dof.size):
             u[i] = displacement[dof[i]]
@@ -520,7 +526,7 @@ def commit_plastic_strain(blocks, displacement, plastic, state):
         if not blocks.active[d]:
             continue
         s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
-        moduli, limits = _as_tuple(blocks.shapes.elasticity[s]), _as_tuple(blocks.strength[d])
+        moduli, limits = seven(blocks.shapes.elasticity[s]), seven(blocks.strength[d])
         first, cells, u = blocks.first_zone[d], _cells(blocks.shapes, s), np.empty(dof.size)
         for i in range(dof.size):
             u[i] = displacement[dof[i]]

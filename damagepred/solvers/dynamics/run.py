@@ -9,7 +9,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
-from damagepred.diagnostics import Counters
+from damagepred.diagnostics import Counters, Residuals
 from damagepred.enumerations import ContactState
 from damagepred.errors import DivergenceError, InputError
 from damagepred.kernels.dynamics.contact import BONDED, JOINT_TERMS
@@ -29,7 +29,7 @@ from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
 from damagepred.solvers.dynamics.strains import block_strains
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
 from damagepred.solvers.explicit.tiles import needs_full_law, softening_of
-from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.state.increment import FootingResults, Increment, MotionResults
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import detached_blocks
@@ -294,20 +294,20 @@ class DynamicRun:
             load_factor=load_factor,
             displacement=moved[:-1],
             strain=self.system.strains(displacement),
-            base=(float(motion.displacement[-1, 0]), float(motion.displacement[-1, 1])),
             opening=opening.mean(axis=1),
             slip=slip,
             normal_stress=np.where(bonded, points["sigma"], 0.0).mean(axis=1),
             shear_stress=np.where(bonded, points["tau"], 0.0).mean(axis=1),
             state=np.where(cracked, ContactState.CRACKED, slipped).astype(np.int8),
-            unbalanced_force_ratio=float(unbalanced.max(initial=0.0)),
+            residuals=Residuals(unbalanced_force_ratio=float(unbalanced.max(initial=0.0))),
             base_reaction=self.system.base_reaction(acting),
             counters=Counters(cycles=steps),
             support_force=self.system.support_force(acting),
             collapsed=bool(loose.any()),
-            time=self.time,
-            searches=self.search.count,
-            deflection=np.nan if model.deflection is None else float(model.deflection @ displacement),
+            motion=MotionResults(
+                self.time, (float(motion.displacement[-1, 0]), float(motion.displacement[-1, 1])), self.search.count
+            ),
+            footing=FootingResults(np.nan if model.deflection is None else float(model.deflection @ displacement)),
             energy=self.energy.balance(),
         )
 

@@ -8,14 +8,14 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
-from damagepred.diagnostics import Counters
+from damagepred.diagnostics import Counters, Residuals
 from damagepred.errors import ConvergenceError
 from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
 from damagepred.solvers.explicit.collapse_mechanism import is_mechanism, with_lasting_bonds
 from damagepred.solvers.explicit.scheme import Checkpoint, DampedTimeStepping
 from damagepred.solvers.options import SolverOptions
-from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.state.increment import FootingResults, Increment
 from damagepred.solvers.state.joint_history import contact_states, fields_of
 from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
@@ -209,14 +209,16 @@ class ExplicitStepper:
             normal_stress=fields.normal_stress,
             shear_stress=fields.shear_stress,
             state=contact_states(model, fields.history),
-            unbalanced_force_ratio=outcome.unbalanced_force_ratio,
+            residuals=Residuals(unbalanced_force_ratio=outcome.unbalanced_force_ratio),
             base_reaction=scheme.system.base_reaction(scheme.motion.force),
             collapsed=outcome.collapsed,
             strain=scheme.system.strains(displacement),
             support_force=scheme.system.support_force(scheme.motion.force),
             zones=None if scheme.zones is None else scheme.zones.results(displacement),
-            deflection=np.nan if model.deflection is None else float(model.deflection @ displacement),
-            jack_load=np.nan if scheme.pump is None else scheme.pump.load,
+            footing=FootingResults(
+                np.nan if model.deflection is None else float(model.deflection @ displacement),
+                np.nan if scheme.pump is None else scheme.pump.load,
+            ),
             broken_at=scheme.broken_at.copy(),
         )
 

@@ -13,7 +13,10 @@ from damagepred.solvers.state.wall_state import State
 
 
 class BondFailures:
-    """Bonds of one wall, and the load factor at which each has failed."""
+    """Bonds of one wall, and the load factor at which each has failed.
+
+    ``Continuation`` fails them; ``commit_joint_history`` sets ``never_opened`` False where a contact opens.
+    """
 
     def __init__(self, model: Model, options: ContinuationOptions, history: JointHistory) -> None:
         law, self.options = model.properties, options
@@ -44,7 +47,10 @@ class BondFailures:
         return other
 
     def fail_together(self, load: FloatArray, heaviest: float, cracked: BoolArray) -> BoolArray:
-        """Mask (m, q) of the bonds that fail with the most loaded one; ``cracked`` is flat."""
+        """Mask (m, q) of the bonds that fail with the most loaded one: as loaded, or weak and overloaded.
+
+        ``load`` are all bond loads, ``heaviest`` is the largest; ``cracked`` is flat.
+        """
         options = self.options
         broken = load >= heaviest * (1.0 - options.simultaneous_failures)
         if self.any_weak:
@@ -55,7 +61,7 @@ class BondFailures:
         return broken
 
     def wear(self, model: Model, broken: BoolArray, sigma: FloatArray, history: JointHistory) -> float:
-        """End dilatancy of bonds that break open, and the integrity of bonds that slip breaks; its dissipation (J)."""
+        """End dilatancy of broken bonds that open, and the integrity of bonds broken by slip; dissipated work (J)."""
         history.kappa[broken & self._dilates & (sigma > 0.0)] = np.inf  # open: no more dilatancy
         sheared = broken & self._fails_in_shear
         return float(break_in_shear(sheared, model.interface_records, model.joint_parameters, history))

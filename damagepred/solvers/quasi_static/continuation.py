@@ -23,21 +23,14 @@ from damagepred.runtime.time_limit import check_time
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.quasi_static.bond_failures import BondFailures
-from damagepred.solvers.quasi_static.dynamic_relaxation import collapse_motion, relax_dynamically
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, Methods
-from damagepred.solvers.quasi_static.step_control import (
-    EnergyControl,
-    Point,
-    StepControl,
-)
+from damagepred.solvers.quasi_static.snap_through import is_detached, snap_through
+from damagepred.solvers.quasi_static.step_control import EnergyControl, Point, StepControl
 from damagepred.solvers.state.joint_history import JointHistory, without_bond
 from damagepred.solvers.state.wall_state import State
-from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.footing_forces import set_linear_stresses
-from damagepred.solvers.system.loading_stages import (
-    unilateral_supports,
-)
+from damagepred.solvers.system.loading_stages import unilateral_supports
 
 LEAST_HALVINGS = 1
 """Halvings that are tried at least where earlier ones were in vain."""
@@ -47,12 +40,13 @@ MINIMUM_PREDICTED_SHARE = 1e-6
 """Least share of a step to the predicted event (1)."""
 COLLAPSE_RELAXATION = 0.25
 """Share of the cycles of dynamic relaxation where collapse is known a little farther on (1)."""
-FALLBACK_DEFLECTION_TOLERANCE = 1e-7
-"""Missing deflection of jacks up to which such a state is accepted (m)."""
 
 
 class Continuation:
-    """Path of equilibria of one wall: its last equilibrium, and the steps to the next."""
+    """Path of equilibria of one wall: its last equilibrium ``state``, and the steps to the next.
+
+    ``bonds`` and ``balance`` belong to ``state``; ``commit`` moves all three to a new equilibrium.
+    """
 
     def __init__(self, model: Model, settings: Solver) -> None:
         self.model = model
@@ -126,9 +120,10 @@ class Continuation:
     # -- bonds and history -------------------------------------------------------------------------------------------
 
     def fail_bonds(self, state: State, heaviest: float) -> IntArray:
-        """Fail the most loaded bonds; return those, as flat indices, that lost the residual strength of a crack.
+        """Fail the most loaded bonds of a state, of load ``heaviest``; their fronts become active.
 
-        A bond that softens in tension fails only if its shear is brittle: then slip breaks all of it.
+        Returns the bonds, as flat indices, that lost the residual strength of a crack. A bond that softens in tension
+        fails only if its shear is brittle: then slip breaks all of it.
         """
         bonds, equilibrium, cracked = self.bonds, self.equilibrium, state.history.cracked.ravel()
         broken = bonds.fail_together(equilibrium.bond_load, heaviest, cracked)
@@ -146,7 +141,10 @@ class Continuation:
         return again
 
     def commit(self, state: State, unstable: bool, snapped: bool = False) -> None:
-        """Commit an equilibrium: update history variables and the energy balance."""
+        """Commit an equilibrium: update its history variables, ``bonds`` and ``balance``.
+
+        ``unstable``: found at constant load, after bonds failed or the wall snapped through; this releases energy.
+        """
         model, superelements = self.model, self.equilibrium.superelements
         joints, on_ground = self.equilibrium.commit_joint_history(state, self.bonds.never_opened)
         if snapped or not self.equilibrium.plain:
@@ -157,7 +155,6 @@ class Continuation:
         reaction = self._support_power(state)
         sections = None if model.sections is None else self.equilibrium.section_response(state)
         self.balance.add(state, joints, on_ground, yielding, reaction, unstable, snapped, superelements, sections)
-        self.balance.damage = self.bonds.damage(state.history)
 
     def _support_power(self, state: State) -> float:
         """Return the work of the moving supports per load factor (J)."""
@@ -199,7 +196,12 @@ class Continuation:
                 return residual
 
     def _solve_step(self, state: State, target: Point, ahead: FloatArray, control: StepControl) -> _Trial | None:
-        """Equilibrium at a target, near or distant, or None where a shorter step comes first."""
+        """Equilibrium at a target, near or distant, or None where a shorter step comes first.
+
+        Newton's method and the Tresca fixed point come first, then dynamic relaxation. Where the path jumps
+        (``control.relaxes``), relaxation comes before them; where only Newton's method is tried, the Tresca fixed point
+        comes last.
+        """
         step, trial = state.distance(target), state.at(*target, plain=self.equilibrium.plain)
         # in small steps, equilibria under a growing load are near; without one, the wall mostly collapses
         newton_only = self._locates_collapse or self._relaxes
@@ -227,9 +229,12 @@ class Continuation:
         return _Trial(*self._find_distant(state, trial, ahead, newton_only, collapse_known))
 
     def _bracket_collapse(self, state: State, target: Point, trial: _Trial, control: StepControl) -> bool:
-        """Take a target without equilibrium as collapse; return whether that locates the collapse."""
+        """Take a target without equilibrium as collapse; return whether that locates the collapse.
+
+        The path then ends in the collapsed wall. Otherwise the step is halved towards the last equilibrium.
+        """
         known = control.collapse_point is not None
-        detached = [s for s in (trial.state, trial.unconverged) if self._is_detached(s)]
+        detached = [s for s in (trial.state, trial.unconverged) if is_detached(self.model, s)]
         if detached or control.collapsed_state is None:
             control.collapsed_state = detached[0] if detached else trial.state
         control.bracket_collapse(target, control.collapsed_state, trial.residual)
@@ -266,10 +271,6 @@ class Continuation:
         control.bracket_event(state, target, self.equilibrium.event_share(state, INTERPOLATION_AIM))
         return state, np.inf, False
 
-    def _is_detached(self, state: State) -> bool:
-        """Whether a part of the wall is detached."""
-        return bool(detached_blocks(self.model, state.displacement, state.load_factor).any())
-
     def _next_target(self, state: State, control: StepControl) -> tuple[Point, FloatArray]:
         """Return the next target, at the predicted event if that is nearer, and displacements to start from."""
         target = control.target(state)
@@ -284,7 +285,7 @@ class Continuation:
     def _find_distant(
         self, state: State, unconverged: State, ahead: FloatArray, newton_only: bool, collapse_known: bool
     ) -> tuple[State, float, State]:
-        """Find a distant equilibrium by snap-through, or by the Coulomb fixed point where only Newton was tried.
+        """Find a distant equilibrium by snap-through, or by the Tresca fixed point where only Newton was tried.
 
         Return it, its unbalanced force ratio, and the state in which the last iteration at the target ended.
         """
@@ -302,16 +303,17 @@ class Continuation:
 
     def _commit_within_energy_error(self, trial: State, step: float, snapped: bool, control: StepControl) -> bool:
         """Commit an equilibrium unless its energy error is too large; return whether it was committed."""
-        before = copy(self.bonds), copy(self.balance)
+        before, damage = (copy(self.bonds), copy(self.balance)), self.bonds.damage(trial.history)
         self.commit(trial, unstable=snapped, snapped=snapped)
-        length = np.inf if snapped else self.energy_control.next_length(before[1], self.balance, step)
+        growth = self.bonds.damage(trial.history) - damage
+        length = np.inf if snapped else self.energy_control.next_length(before[1], self.balance, growth, step)
         error = self.balance.energy_error - before[1].energy_error
         # live loads already use small steps
         if length < step and step > control.shortest_refined_step and not self._locates_collapse:
             control.refine_step(length, step, error)
             self.bonds, self.balance = before
             return False
-        softens = self.balance.damage > before[1].damage and not self._locates_collapse
+        softens = growth > 0.0 and not self._locates_collapse
         if softens and length < step and control.is_jump(step, error):
             if not control.relaxes:  # dynamic relaxation finds where the wall comes to rest
                 control.relaxes, control.next_point = True, (trial.load, trial.load_factor)
@@ -325,49 +327,10 @@ class Continuation:
         return True
 
     def snap_through(self, state: State, start_load_factor: float, cycles_share: float = 1.0) -> tuple[State, float]:
-        """Find a distant equilibrium at constant load by dynamic relaxation; return it and its unbalanced force ratio.
-
-        Coulomb friction has no potential: under some loads two joints push each other in turn (cyclic stick-slip), and
-        no choice of sliding joints is an equilibrium. The state with the smallest residual is then accepted if that is
-        below ``fallback_residual_tolerance``; ``largest_accepted_residual`` records it. A creeping wall may have
-        as small a residual, but moves on in the collapse-mechanism test: it collapses.
-        """
-        equilibrium, options, ratio = self.equilibrium, self.options.continuation, np.inf
-        best, least, reference, stagnating = state, np.inf, np.inf, 0
-        volume = equilibrium.volume_per_deflection()
-        for resting in relax_dynamically(self.model, state, start_load_factor, cycles_share, volume, self.options):
-            if equilibrium.jacks is not None:
-                resting.jack = equilibrium.jacks.load_at(resting.load_factor, resting.jack)
-            if self._is_detached(resting):
-                return resting, np.inf
-            if equilibrium.superelements is not None:
-                equilibrium.superelements.activate_plastic(resting.plastic)
-            if equilibrium.condensed:
-                now, before = resting.history, state.history
-                changed = (now.slip != before.slip) | (now.cracked != before.cracked)
-                changed |= now.dilatant_opening != before.dilatant_opening
-                equilibrium.uncondense_interfaces(changed.any(axis=1))
-            ratio, found = equilibrium.find_nearby(resting)
-            if ratio < self.tolerance:
-                resting.displacement[:] = found
-                return resting, ratio
-            if abs(equilibrium.missing_deflection(resting, found)) > FALLBACK_DEFLECTION_TOLERANCE:
-                # stick-slip does not excuse a missing deflection
-                ratio = max(ratio, options.fallback_residual_tolerance)
-            if ratio < least:
-                best, least = resting, ratio
-                best.displacement[:] = found
-            stagnating, reference = (0, least) if least < 0.5 * reference else (stagnating + 1, reference)
-            if least < options.fallback_residual_tolerance and stagnating >= options.stagnation_limit:
-                break
-        accepted = least < options.fallback_residual_tolerance
-        collapsing = collapse_motion(self.model, resting, accepted, self.options)
-        if collapsing is not None:
-            return collapsing, np.inf
-        if not accepted:
-            return resting, ratio
-        self.largest_accepted_residual = max(self.largest_accepted_residual, equilibrium.accept_unconverged(best))
-        return best, 0.0
+        """Distant equilibrium at the load of a state, and its unbalanced force ratio; see ``snap_through``."""
+        rest = snap_through(self.equilibrium, state, start_load_factor, cycles_share)
+        self.largest_accepted_residual = max(self.largest_accepted_residual, rest.accepted_residual)
+        return rest.state, rest.ratio
 
     def _redistribute_failures(self, state: State, ratio: float) -> tuple[State, float]:
         """Fail overloaded bonds at constant load, the most overloaded first, until every bond holds."""

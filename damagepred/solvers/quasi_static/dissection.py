@@ -11,7 +11,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Dissection:
-    """Order of the nodes of a wall."""
+    """Order of elimination of the nodes of a wall: separators, and the parts that they leave."""
 
     place: FloatArray  # (2, n) Coordinates of the blocks of the nodes, equal to the last digit where they are in line
     weight: IntArray  # (n,) Number of degrees of freedom of each node, and its block
@@ -21,7 +21,7 @@ class Dissection:
     smallest: int  # degrees of freedom up to which a part is one front
 
     def order(self, front: IntArray, first: int, nodes: IntArray) -> None:
-        """Set the front of each listed node: separators before the parts that they leave."""
+        """Set ``front`` of the listed nodes, numbered from ``first``: separators before the parts that they leave."""
         within = np.zeros(int(self.block.max(initial=0)) + 1, dtype=np.bool_)
         left, separates = within.copy(), np.zeros(len(self.block) + 1, dtype=np.bool_)  # the last for -1
         parts = [(nodes, np.arange(self.blocks.shape[1]))]
@@ -46,9 +46,9 @@ class Dissection:
             parts += [(nodes[~parted & ~on_left], listed), (nodes[~parted & on_left], listed)]
 
     def _cut(self, nodes: IntArray, listed: IntArray, left: BoolArray, separates: BoolArray) -> IntArray | None:
-        """Return the lightest separator of a part, nodes on one side of a cut along one axis, or None.
+        """Lightest separator of a part, or None without any: nodes on one side of a cut at a median of x or y.
 
-        ``left`` becomes the half of each block.
+        ``listed`` are the interfaces inside the part. ``left`` becomes the half of each block; ``separates`` is room.
         """
         own, weight, best, least = self.block[nodes], self.weight[nodes], None, np.inf
         ends = self.blocks[:, listed]
@@ -73,7 +73,7 @@ class Dissection:
 
 
 def _median(values: FloatArray, weight: IntArray) -> float:
-    """Return the value up to which half the weight lies; a larger one than the least, infinite if there is none."""
+    """Weighted median, or the next larger value if that is the least; infinite if all are equal."""
     order = np.argsort(values)
     ordered, total = values[order], np.cumsum(weight[order])
     median = ordered[np.searchsorted(total, 0.5 * total[-1])]

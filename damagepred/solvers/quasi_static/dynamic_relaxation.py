@@ -12,13 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.scene import Solver
 from damagepred.solvers.explicit.collapse_mechanism import is_mechanism, with_lasting_bonds
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.options import DynamicRelaxationOptions
-from damagepred.solvers.state.joint_history import fields_of
+from damagepred.solvers.state.joint_history import JointHistory, fields_of
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, detached_blocks
 from damagepred.solvers.system.loading_stages import unilateral_supports
@@ -80,13 +81,13 @@ def relax_dynamically(
     volume_per_deflection: float | None = None,
     options: SolverOptions = DEFAULTS,
 ) -> Iterator[State]:
-    """Relax a wall from its last equilibrium: ramp of the movement, then local damping at constant movement.
+    """Relax a wall from its last equilibrium ``start``: ramp of the movement, then local damping; yield its states.
 
-    The movement is ramped: ground that moved at once would compress joints until blocks fly off and stay where
-    they wedge.
+    The movement is ramped from ``start_load_factor`` to the load factor of ``start``: ground that moved at once would
+    compress joints until blocks fly off and stay where they wedge. Each check of convergence yields one state, the last
+    one detached or out of cycles. ``volume_per_deflection``: of the tangent; None under a given load of the jacks.
     """
-    law, control = model.properties, options.dynamic_relaxation
-    softens = law.critical_opening > 0
+    control = options.dynamic_relaxation
     # no bond breaks meanwhile, nor do sections crack for good
     run = _at(model, replace(start, load_factor=start_load_factor), options, volume_per_deflection)
     if start.load_factor != start_load_factor:
@@ -117,10 +118,7 @@ def relax_dynamically(
         history = run.joint_history()
         opening = fields_of(run.model, history, run.motion.displacement, start.load_factor).opening
         floating_checks = floating_checks + 1 if supports.size and (opening[supports] > 0.0).all() else 0
-        stress = law.normal_stiffness[:, None] * (opening - history.dilatant_opening)
-        parted = np.where(stress > law.residual_tensile_strength[:, None], np.inf, 0.0)
-        brittle = history.cracked & ~softens[:, None]
-        history.kappa[brittle] = parted[brittle]
+        _mark_parted(model, history, opening)
         plastic = start.plastic if run.zones is None else run.zones.plastic()
         jack = start.jack if run.pump is None else run.pump.load
         yield replace(start, displacement=run.motion.displacement.copy(), history=history, plastic=plastic, jack=jack)
@@ -128,8 +126,17 @@ def relax_dynamically(
             return
 
 
+def _mark_parted(model: Model, history: JointHistory, opening: FloatArray) -> None:
+    """Set kappa of brittle cracked contacts as the quasi-static solver does: infinite where open, otherwise 0."""
+    law = model.properties
+    stress = law.normal_stiffness[:, None] * (opening - history.dilatant_opening)
+    parted = np.where(stress > law.residual_tensile_strength[:, None], np.inf, 0.0)
+    brittle = history.cracked & (law.critical_opening == 0)[:, None]
+    history.kappa[brittle] = parted[brittle]
+
+
 def collapse_motion(model: Model, state: State, nearly_at_rest: bool, options: SolverOptions) -> State | None:
-    """Collapse-mechanism test of a wall that finds no equilibrium."""
+    """State of a collapsing wall by the collapse-mechanism test, or None; it is not made on jacks."""
     if model.jacks is not None:
         return None
     run = _at(model, state, options)
@@ -140,7 +147,7 @@ def collapse_motion(model: Model, state: State, nearly_at_rest: bool, options: S
 
 
 def residual_in_motion(model: Model, state: State) -> float:
-    """Return the largest residual force of a collapsing wall over the mean block weight."""
+    """Largest residual force of a collapsing wall over the mean block weight, after one cycle of its motion."""
     run = _at(model, state, DEFAULTS)
     run.cycle(1)
     return float(run.unbalanced_force_ratio().max())

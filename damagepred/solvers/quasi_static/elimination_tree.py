@@ -157,7 +157,7 @@ class EliminationTree:
         return node[dofs]
 
     def _order(self, system: DiscreteSystem, options: LinearSystemOptions) -> IntArray:
-        """Return the front of each node."""
+        """Front of each node: a chain of courses up to the last plane of weakness, nested dissection beyond."""
         model, n = system.model, system.model.n_blocks
         face, level_of_block = model.interfaces, block_levels(system)
         block = np.stack((face.block_a, face.block_b), axis=1)
@@ -185,7 +185,10 @@ class EliminationTree:
     # -- symbolic factorisation -----------------------------------------------------------------------------------
 
     def _set_boundaries(self, front: IntArray, node: IntArray, *elements: IntArray) -> None:
-        """Set parents and boundaries: what elements and children of a front couple beyond it."""
+        """Set parents and boundaries (symbolic factorisation): later nodes that elements or children couple to a front.
+
+        ``front`` and ``node`` of each free degree of freedom, in order; ``elements`` lists their places per element.
+        """
         total = len(front)
         # of the nodes in the order of their degrees of freedom
         first = np.flatnonzero(np.diff(node, prepend=-1, append=-1))
@@ -224,7 +227,7 @@ class EliminationTree:
         self.boundary_in_parent = self._index_in(self.parent[of_front], self.boundary[:, None]).ravel()
 
     def _index_in(self, front: IntArray, places: IntArray) -> IntArray:
-        """Return the index of degrees of freedom, one row for each front, in it: its own first, then its boundary."""
+        """Index in a front of the degrees of freedom in the row for it: the front's own first, then its boundary."""
         fronts = np.broadcast_to(front[:, None], places.shape)
         beyond = np.searchsorted(self._keys, fronts * len(self.dofs) + places) - self.first_boundary[fronts]
         own = places - self.start[fronts]
@@ -240,7 +243,7 @@ class EliminationTree:
 
 
 def _last_course(model: Model, level: IntArray) -> int:
-    """Return the last half of a level that is one front, up to a plane of weakness; -1 if there is none."""
+    """Last half level of the chain of courses, which ends at a plane of weakness (dpc, footing); -1 without any."""
     kind = model.interfaces.kind
     weak = (kind == ContactKind.DPC) | ((kind == ContactKind.FOOTING_INTERFACE) & (level.max(axis=1) > 0))
     return 2 * int(level[weak].max()) if weak.any() else -1

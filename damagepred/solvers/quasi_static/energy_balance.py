@@ -37,7 +37,11 @@ class _Point(NamedTuple):
 
 @dataclass
 class EnergyBalance:
-    """Energy balance of dead load and movement, all in J, summed along the path."""
+    """Energy balance of dead load and movement, all in J, summed along the path.
+
+    ``Continuation`` adds each step with ``add`` as it commits the equilibrium at its end. Copies share their arrays,
+    which never change.
+    """
 
     residual: FloatArray  # (size,) Largest residual force of each degree of freedom (N, N m)
     external_work: float = 0.0  # work of dead load, live load and movement on the wall
@@ -54,13 +58,6 @@ class EnergyBalance:
     section_error: float = 0.0
     largest_work: float = 0.0  # largest absolute external work up to now
     residual_work: float = 0.0  # bound of the work of the residual in the last step
-    damage: float = 0.0  # joints whose bond has softened: sum of shares (1)
-
-    def __copy__(self) -> EnergyBalance:
-        """Return a copy that shares its arrays, which are never changed."""
-        other = object.__new__(EnergyBalance)
-        other.__dict__.update(self.__dict__)
-        return other
 
     def energies(self) -> Energies:
         """Return the balance as an increment reports it."""
@@ -96,7 +93,7 @@ class EnergyBalance:
         self._model, self._loads = model, (system.dead_load, system.live_load)
 
     def add_mode_1_dissipation(self, work: float) -> None:
-        """Add the work (J) dissipated in tension by bonds that slip has broken, which the joints' energy lacks."""
+        """Add the work (J) dissipated in tension by bonds that slip has broken; ``JointEnergy`` lacks it."""
         self._mode_1_dissipation += work
 
     def add_section_work(self, work: FloatArray) -> None:
@@ -118,7 +115,12 @@ class EnergyBalance:
         superelements: Superelements | None,
         sections: FloatArray | None,
     ) -> None:
-        """Add the step to a new equilibrium."""
+        """Add the step from the last equilibrium to a new one.
+
+        ``joints``, ``on_ground`` and ``plastic_work`` belong to its commit; ``reaction`` is the work of moving supports
+        per load factor, ``sections`` the response of cracking sections. ``unstable``: found at constant load;
+        ``snapped``: by snap-through.
+        """
         model, last, ground = self._model, self._last, self._model.ground.at(state.load_factor)
         stored, softened = float(joints.stored), float(joints.softened)
         friction, crushing = float(joints.friction), float(joints.crushing)

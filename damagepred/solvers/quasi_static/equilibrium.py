@@ -1,7 +1,9 @@
 """Equilibrium at a given load and movement: methods that are tried in order, and the reasons to skip one.
 
 Newton's method with line search, Newton's method with backtracking (first under jacks whose deflection is given), and
-the Tresca fixed point. Where none finds an equilibrium, the continuation follows the motion by dynamic relaxation.
+the Tresca fixed point. Dynamic relaxation (``snap_through``) stands apart from this list: it seeks no equilibrium of
+the given state. It starts from the last equilibrium, moves the blocks and ends with another history, or in collapse. It
+costs as much as hundreds of Newton iterations, so that the continuation tries a shorter step first.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ MAX_FAILURES = 4
 
 
 class Methods(IntEnum):
-    """How equilibrium is sought: by one form of Newton's method, by both, and after them by Tresca's fixed point."""
+    """Methods that are tried: one form of Newton's method, both, or both and then the Tresca fixed point."""
 
     NEWTON = 1
     BOTH_FORMS = 2
@@ -84,7 +86,12 @@ class Equilibrium(Residual):
         self._failures = self._searches_to_skip = 0
 
     def find(self, state: State, start: FloatArray | None = None, methods: Methods = Methods.ALL) -> float:
-        """Find the equilibrium of a state; condensed fronts are uncondensed where they would slide or yield."""
+        """Find the equilibrium at the loads and history of a state, whose displacements and jack load it sets.
+
+        Returns the unbalanced force ratio; below the tolerance the state is in equilibrium and completed. The search
+        begins at ``start`` (N displacements), or at the displacements of the state. Condensed fronts whose joints would
+        slide or blocks yield become active.
+        """
         while True:
             ratio = self._find_active(state, start, methods)
             if ratio >= self.tolerance:
@@ -134,12 +141,12 @@ class Equilibrium(Residual):
         self._searches_to_skip = 2 ** (self._failures - 1) - 1 if failed else 0
 
     def find_nearby(self, state: State) -> tuple[float, FloatArray]:
-        """Find an equilibrium by Newton iteration from a state; return its unbalanced force ratio and displacements."""
+        """Unbalanced force ratio and displacements of the best iterate of Newton's method from a state."""
         found, ratio = self.newton(state, state.displacement)
         return ratio, found
 
     def accept_unconverged(self, state: State) -> float:
-        """Take a state that is no equilibrium as one; return its unbalanced force ratio."""
+        """Store the tangent of a state that is no equilibrium, complete it, and return its unbalanced force ratio."""
         _, ratio = self.residual(state, state.displacement)
         self.store_tangent(state, state.displacement)
         self.complete(state)

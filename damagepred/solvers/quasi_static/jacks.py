@@ -18,10 +18,10 @@ from damagepred.assembly import Model
 
 @dataclass
 class JackControl:
-    """Control of the jacks by deflection or by load."""
+    """Control of the jacks: by deflection until ``Continuation.control_load`` sets ``level_load``, then by load."""
 
-    push: FloatArray  # (size,) Force of unit loads
-    weights: FloatArray  # (size,) Of the degrees of freedom in the deflection
+    push: FloatArray  # (size,) force of unit loads (N/N)
+    weights: FloatArray  # (size,) weights of the displacements in the deflection
     goal: float  # deflection at full movement (m, upwards)
     origin: float = 0.0  # deflection from which it counts (m)
     load_factor_at: Callable[[float], float] = float  # path coordinate -> load factor of the movement
@@ -45,7 +45,7 @@ class JackControl:
         return self.level_load is not None
 
     def load_at(self, load_factor: float, found: float) -> float:
-        """Return the load of each jack (N): the given one at a load factor, or the one found."""
+        """Load of each jack (N): the given load at a load factor, or ``found``, the unknown of the equilibrium."""
         if self.level_load is None:
             return found
         return self.level_load + load_factor * (self.load - self.level_load)

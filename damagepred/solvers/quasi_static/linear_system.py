@@ -58,7 +58,7 @@ class ActivePart(NamedTuple):
 
 
 class _Room(NamedTuple):
-    """Arrays that all active parts share: for all degrees of freedom, of which active ones take a part."""
+    """Arrays that all ``Solver`` structures of a wall share; each takes the part of its active degrees of freedom."""
 
     rows: dict[str, tuple[int, FloatArray]]  # number of rows, and their memory
     gathered: FloatArray
@@ -71,7 +71,8 @@ class _Room(NamedTuple):
 class MultifrontalSystem:
     """Tangent stiffness of a wall, factorised or corrected; ``solver`` and ``factors`` are its structures for kernels.
 
-    ``condensation`` has the superelements of the condensed subtrees; it is None if all fronts are active.
+    ``factors`` lasts; ``activate`` makes another ``solver`` without corrections. ``condensation`` has the superelements
+    of the condensed subtrees; it is None while all fronts are active.
     """
 
     def __init__(
@@ -186,7 +187,7 @@ class MultifrontalSystem:
         )
 
     def _elastic_diagonal(self, strain_stiffness: FloatArray) -> FloatArray:
-        """Return the diagonal of the elastic stiffness in the order of the fronts."""
+        """Diagonal of the elastic stiffness in the order of the fronts: scale of the regularisation."""
         dof, rows = self.tree.kinematics
         own = np.einsum("mjr,mjr->mr", rows, self.elastic.reshape(-1, 3, 3) @ rows)
         summed = np.bincount(dof[dof >= 0], own[dof >= 0], self.model.size)
@@ -198,32 +199,21 @@ class MultifrontalSystem:
 
     def _block_tangents(self) -> BlockTangents:
         """Tangents of the deformable blocks of all fronts; empty if all blocks are rigid or elastic."""
-        blocks, none = self._superelements, np.empty(0, dtype=np.int64)
-        if blocks is None:
-            first = np.zeros(self.tree.count + 1, dtype=np.int64)
-            made = BlockTangents(
-                front_blocks=none,
-                first_block=first,
-                first_dof=none,
-                index=none,
-                first_entry=none,
-                tangents=np.empty(0),
-                front=none,
-            )
-        else:
-            made = BlockTangents(
-                front_blocks=self.tree.superelements.listed,
-                first_block=self.tree.superelements.first,
-                first_dof=np.concatenate(([0], np.cumsum([len(boundary) for boundary in blocks.boundary]))),
-                index=self.tree.superelements.index_in_front,
-                first_entry=blocks.first_entry,
-                tangents=blocks.tangents,
-                front=self.tree.superelements.front,
-            )
+        blocks, elements = self._superelements, self.tree.superelements
+        boundary = [] if blocks is None else blocks.boundary
+        made: BlockTangents = BlockTangents(
+            front_blocks=elements.listed,
+            first_block=elements.first,
+            first_dof=np.cumsum([0, *map(len, boundary)], dtype=np.int64),
+            index=elements.index_in_front,
+            first_entry=np.zeros(1, dtype=np.int64) if blocks is None else blocks.first_entry,
+            tangents=np.empty(0) if blocks is None else blocks.tangents,
+            front=elements.front,
+        )
         return made
 
     def activate(self, fronts: BoolArray) -> None:
-        """Set the active fronts; see ``condense`` for all others."""
+        """Set the active fronts and make their ``solver``; the next solution factorises. ``condense`` calls it."""
         tree, options, count = self.tree, self.options, len(self.elastic)
         self.condensation: StaticCondensation | None = None
         self._stale[:] = fronts & (self._stale | ~self.active.fronts)  # regularised only while active
@@ -271,7 +261,7 @@ class MultifrontalSystem:
         )
 
     def _substitution(self, fronts: BoolArray, in_rows: BoolArray, particular: FloatArray) -> Substitution:
-        """Substitution with the factors of some fronts, in rows of the degrees of freedom of those ``in_rows``."""
+        """Substitution with some ``fronts``; right-hand sides have rows for the degrees of freedom of ``in_rows``."""
         tree = self.tree
         start = np.cumsum(in_rows * tree.size) - in_rows * tree.size
         row = np.cumsum(np.repeat(in_rows, tree.size)) - 1
@@ -298,13 +288,16 @@ class MultifrontalSystem:
         return self._substitution(fronts, everything, np.empty((0, len(self.tree.dofs))))
 
     def are_active(self, interfaces: BoolArray | IntArray) -> bool:
-        """Whether no interface listed is of a condensed front."""
+        """Whether all listed interfaces are in active fronts."""
         return bool(np.append(self.active.fronts, True)[self.tree.interfaces.front[interfaces]].all())
 
     def condense(
         self, fronts: BoolArray, load: FloatArray, live_load: FloatArray | None = None
     ) -> StaticCondensation | None:
-        """Condense all fronts but some and their ancestors, elastic; make all active if these do not hold them."""
+        """Make some fronts and their ancestors active, and condense all others, elastic, with their loads.
+
+        If the active fronts do not hold the others, all become active, and the result is None.
+        """
         fronts = self.tree.ancestors(fronts)
         condensed = self.active.fronts & ~fronts
         held = not fronts.all()

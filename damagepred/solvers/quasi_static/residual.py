@@ -1,4 +1,7 @@
-"""Residual force of a wall at a given load and movement, its linearisation, and condensed elastic parts."""
+"""Residual force of a wall at a given load and movement, its linearisation, and condensed elastic parts.
+
+Python's side of ``damagepred.kernels.equilibrium``: here alone are its structures made and their arrays checked.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +54,6 @@ from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
 from damagepred.solvers.quasi_static.static_condensation import StaticCondensation
 from damagepred.solvers.quasi_static.superelements import Superelements
-from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.wall_state import Point, State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -108,7 +110,12 @@ class _Supports(NamedTuple):
 
 
 class Residual:
-    """Residual force of a wall with condensed elastic parts, and its linearisation."""
+    """Residual force of a wall with condensed elastic parts, and its linearisation.
+
+    ``wall`` is the structure for kernels; ``_make_wall`` makes it again when the active fronts change, with the
+    arrays in ``_lasting``. ``_in_state`` fills the structure that they take as state; the next call replaces it. The
+    last solution leaves its tangent, its bond loads and ``_completed``.
+    """
 
     def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
         self.model, self.tolerance, self.options = model, tolerance, options
@@ -119,7 +126,6 @@ class Residual:
             self.superelements = Superelements(self.system, options.newton.interior_tolerance)
             loads = self.superelements.condensed_loads[0], self.superelements.condensed_loads[1]
         self.loads, self._inside = ExternalLoad(*loads), empty_state()
-        self._filled: tuple[JointHistory | None, Ground | None] = (None, None)
         self._completed = Completed(True, 0, 0.0, 0.0)
         rest, supports = State.rest(model), model.supports
         self._make_components()
@@ -340,13 +346,11 @@ class Residual:
     def _fill(
         self, state: State, external: FloatArray, limit: float = np.inf, other: Ground | None = None
     ) -> WallState:
-        """Loads, history and grounds of a state for kernels; the next call replaces them."""
+        """Structure of loads, history and grounds of a state; the next call replaces them."""
         check_time()
         ground = self.model.ground.at(state.load_factor)
-        if state.history is not self._filled[0]:
-            for name, array in state.history._asdict().items():
-                _require(name, array, FLAG if name == "cracked" else FLOAT, self.model.interfaces.contact_area.shape)
-        self._filled = state.history, ground
+        for name, array in state.history._asdict().items():
+            _require(name, array, FLAG if name == "cracked" else FLOAT, self.model.interfaces.contact_area.shape)
         fill_state(
             self._inside,
             *state.history,
@@ -363,15 +367,13 @@ class Residual:
         return self._inside
 
     def _in_state(self, state: State, limit: float = np.inf, other: Ground | None = None) -> WallState:
-        """Return loads and history of a state, with the present condensed fronts."""
+        """Structure of a state with the present condensed fronts; the next call replaces it.
+
+        ``limit`` is the displacement beyond which no equilibrium is sought, ``other`` the ground at the other end of a
+        step.
+        """
         external = self.loads.at(state.load, state.load_factor, self.equations.condensation)
         return self._fill(state, external, limit, other)
-
-    def _history_of(self, state: State) -> WallState:
-        """Return history and ground of a state, where loads do not matter: filled only if others were."""
-        history, ground = self._filled
-        same = state.history is history and self.model.ground.at(state.load_factor) is ground
-        return self._inside if same else self._in_state(state)
 
     def _ahead(self, state: State) -> tuple[Ground | None, FloatArray]:
         """Ground, if it moves, and movement of the supports, a small step of the load factor ahead of a state."""
@@ -393,10 +395,10 @@ class Residual:
         return force, residual_from_python(_steps(), self.wall, self._in_state(state), float(state.jack), u, force)
 
     def newton(self, state: State, start: FloatArray, searching: bool | None = None) -> tuple[FloatArray, float]:
-        """Run Newton's method; return its best iterate and the unbalanced force ratio there.
+        """Best iterate of Newton's method, and the unbalanced force ratio there, inf if it has diverged.
 
-        The load of the jacks becomes the load of the best iterate. ``searching``: with line search, or with
-        backtracking; None: with line search if the wall has a potential.
+        The load of the jacks becomes the load of the best iterate. An equilibrium is completed and its tangent stored.
+        ``searching``: with line search, or with backtracking; None: with line search if the wall has a potential.
         """
         searching, found = self.has_potential if searching is None else searching, np.empty_like(start)
         begin, (ahead, moved) = self._displacement_of(state, start), self._ahead(state)
@@ -408,24 +410,24 @@ class Residual:
         return found, np.inf if not within and self.has_diverged(state, found) else ratio
 
     def minimise(self, state: State, tolerance: float) -> None:
-        """Minimise the potential of the Tresca problem, from the displacements of a state on, which become the minimum.
+        """Minimise the potential of the Tresca problem to an unbalanced force ratio, ``tolerance``.
 
-        It ends at an unbalanced force ratio, ``tolerance``.
+        The displacements of the state are the start and become the minimum; its jack load follows.
         """
         limit, u, arms = self._divergence_limit(state), state.displacement, self.system.arms
         self._minimise_within(limit, state, tolerance)
         if not (within_limit(u, self.free, arms, limit) or self.has_diverged(state)):
-            # farther than rigid blocks move, not farther than the elastic wall
+            # beyond the limit of rigid blocks, but within the elastic displacement
             limit += 2.0 * largest_elastic_displacement(self.model, state.load_factor)
             self._minimise_within(limit, state, tolerance)
 
     def _minimise_within(self, limit: float, state: State, tolerance: float) -> None:
-        """Minimise the potential of the Tresca problem, up to a displacement."""
+        """Minimise the potential of the Tresca problem within a limit of displacements (m)."""
         u = self._displacement_of(state, None)
         state.jack = minimise_tresca(_steps(), self.wall, self._in_state(state, limit), float(state.jack), tolerance, u)
 
     def with_supports_moved(self, state: State) -> FloatArray:
-        """Displacements of a state, supports at their place at its load factor."""
+        """Displacements of a state, with prescribed ones as at its load factor."""
         displacement = state.displacement.copy()
         displacement[self.model.supports.prescribed] = self.model.support_displacement(state.load_factor)
         return displacement
@@ -435,7 +437,7 @@ class Residual:
         return 0.0 if self.jacks is None else self.jacks.missing_deflection(state.load_factor, displacement)
 
     def forces_on_supports(self, state: State) -> FloatArray:
-        """Return the force of joints and loads on prescribed degrees of freedom (N, N m); others are incomplete."""
+        """Force of joints, loads and jacks on prescribed degrees of freedom (N, N m); all others are incomplete."""
         u = self._displacement_of(state, None)
         force = self.loads.at(state.load, state.load_factor, None).copy()
         inside = self._fill(state, force)
@@ -446,14 +448,17 @@ class Residual:
         return force
 
     def commit_joint_history(self, state: State, never_opened: BoolArray) -> tuple[JointEnergy, Ground]:
-        """Commit the history of the joints to an equilibrium."""
+        """Commit the history of the joints to an equilibrium, in place; their energy, and forces on the ground (N).
+
+        ``never_opened`` becomes False where a contact opens. Joints of condensed fronts are elastic: no history.
+        """
         condensation, shape = self.equations.condensation, self.model.ground.full.normal.shape
         whole = condensation is None or self.superelements is not None
         listed, on_ground = (
             self._all_interfaces if whole else self.equations.active.interfaces,
             Ground(*np.zeros((2, *shape))),
         )
-        u, inside = self._displacement_of(state, None), self._history_of(state)
+        u, inside = self._displacement_of(state, None), self._in_state(state)
         work = self.steps.commit_history(self.components.joints, inside, listed, u, never_opened, *on_ground)
         friction, crushing, mode_1_dissipation, stored, softened = work
         if condensation is not None and self.superelements is None:
@@ -467,7 +472,7 @@ class Residual:
     def contact_stresses(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q)."""
         opening, sigma, tau = np.empty((3, *self.bond_load.shape))
-        u, inside = self._displacement_of(state, None), self._history_of(state)
+        u, inside = self._displacement_of(state, None), self._in_state(state)
         self.steps.contact_stresses(self.components.joints, inside, u, opening, sigma, tau)
         return opening, sigma, tau
 
@@ -487,11 +492,11 @@ class Residual:
 
     def joint_law_violation(self, state: State, normal_stress: FloatArray, shear_stress: FloatArray) -> float:
         """Return the largest stress by which stresses (m, q) violate the joint law (Pa)."""
-        inside = self._history_of(state)
+        inside = self._in_state(state)
         return float(self.steps.law_violation(self.components.joints, inside, normal_stress, shear_stress))
 
     def load_increment(self, load: float, load_factor: float) -> FloatArray:
-        """Return the force increment of a step, with sliding joints as in the last equilibrium (N, N m)."""
+        """Force of a step by loads, jacks, and ground and supports at the last ``wall.rate`` (N, N m)."""
         loads, force = self.loads, load_factor * self._lasting["rate"]
         if load != 0.0:
             force += load * loads.dead
@@ -504,7 +509,7 @@ class Residual:
         return force
 
     def predict(self, state: State, target: Point) -> tuple[FloatArray, float]:
-        """Predict displacements at a target with the tangent, and the share of the step at which the next bond fails.
+        """Displacements at a target by the last tangent, and the share of the step at which the next bond fails.
 
         Of plain joints, bonds of condensed fronts do not count: where one fails first, the step to it is found by
         interpolation. Paths of softening joints amplify the difference.
@@ -523,26 +528,26 @@ class Residual:
         return found, self.event_share(state, aim, active_only=self.plain)
 
     def largest_bond_load(self, state: State) -> float:
-        """Return the largest bond load of an equilibrium just completed, 1 at the strength; ``bond_load`` has all.
+        """Largest bond load of the equilibrium just completed, 1 at the strength; ``bond_load`` has all.
 
-        Its commit changes the bonds of joints that are not plain.
+        Loads of joints that are not plain are computed again: a commit since then may have changed them.
         """
         if not self.plain:
-            u, inside = self._displacement_of(state, None), self._history_of(state)
+            u, inside = self._displacement_of(state, None), self._in_state(state)
             active = self.equations.active.interfaces
             load = float(fill_bond_loads(self.components, inside, active, u, self.bond_load))
             self._completed = self._completed._replace(bond_load=load)
         return max(self._completed.bond_load, self._completed.condensed_load)
 
     def event_share(self, state: State, aim: float, active_only: bool = False) -> float:
-        """Interpolate the share of a step at which the first bond fails; ``bond_load`` is that at its end."""
+        """Share of a step from a state at which the first bond fails, by interpolation to ``bond_load`` at its end."""
         listed = self.equations.active.interfaces if active_only else self._all_interfaces
-        u, inside = self._displacement_of(state, None), self._history_of(state)
+        u, inside = self._displacement_of(state, None), self._in_state(state)
         history, ground = inside.history, inside.ground
         return float(interpolate_event(self.wall.bonds, self.components, history, ground, listed, u, aim))
 
     def has_diverged(self, state: State, displacement: FloatArray | None = None) -> bool:
-        """Whether displacements are too large for an equilibrium to be sought."""
+        """Whether displacements, by default of the state, are beyond any equilibrium that is sought."""
         displacement = state.displacement if displacement is None else displacement
         limit, arms = self._divergence_limit(state), self.system.arms
         if within_limit(displacement, self.free, arms, limit):
@@ -558,7 +563,7 @@ class Residual:
     # -- linearisation ----------------------------------------------------------------------------------------------
 
     def store_tangent(self, state: State, displacement: FloatArray) -> None:
-        """Store the last tangent stiffness, and the force per load factor, of an equilibrium for the predictor."""
+        """Store the tangent of the last residual, which must be at these displacements, for the next prediction."""
         u, (ahead, moved) = self._displacement_of(state, displacement), self._ahead(state)
         store_tangent(self.wall, self._in_state(state, other=ahead), moved, u)
 
@@ -578,13 +583,13 @@ class Residual:
 
     def update_tresca_bounds(self, state: State, relaxation: float) -> None:
         """Move the bounds of the Tresca problem by a share of the way to Coulomb's limits at a state."""
-        u, inside = self._displacement_of(state, None), self._history_of(state)
+        u, inside = self._displacement_of(state, None), self._in_state(state)
         joints, bounds = self.components.joints, self.components.bounds
         active = self.equations.active.interfaces
         self.steps.update_tresca_bounds(joints, inside, bounds, active, u, relaxation)
 
     def uncondense(self, fronts: BoolArray) -> None:
-        """Make some fronts (F,) and their ancestors active; all others stay elastic and condensed."""
+        """Make some fronts (F,) and their ancestors active too; all others are elastic and condensed."""
         equations = self.equations
         wanted = fronts | self._never_condensed | self._active_block_fronts()
         if self.condensed:
@@ -601,9 +606,9 @@ class Residual:
         self.uncondense(equations.tree.fronts_of(interfaces))
 
     def inelastic_fronts(self, state: State) -> BoolArray | None:
-        """Return the condensed fronts (F,) in which a joint slides or a block yields in the equilibrium just completed.
+        """Condensed fronts (F,) in which a joint slides or a block yields in the equilibrium just completed, or None.
 
-        None: no deformable block. Blocks that yield become active.
+        Blocks that yield become active.
         """
         tree, condensed = self.equations.tree, self.equations.active.condensed_interfaces
         slides = self.condensed and self._completed.sliding > 0
@@ -622,7 +627,7 @@ class Residual:
         return tree.fronts_of_superelements(np.empty(0, dtype=np.int64) if blocks is None else blocks.active)
 
     def complete(self, state: State) -> None:
-        """Recover the displacements of condensed fronts, and those inside deformable blocks, and compute bond loads."""
+        """Recover condensed fronts and the inside of blocks in the displacements of a state; fill bond loads."""
         self._completed = complete(self.wall, self._in_state(state), self._displacement_of(state, None))
 
 

@@ -46,7 +46,7 @@ class StaticCondensation:
         )
 
     def load(self, load: float, live: float) -> FloatArray:
-        """Return the condensed load on the boundary degrees of freedom (N, N m)."""
+        """Load on ``boundary_dofs`` from condensed subtrees (N, N m), at factors of dead and live load."""
         return load * self._load[0] + live * self._load[1]
 
     def elastic_energy(self, displacement: FloatArray, load: float, live: float) -> float:

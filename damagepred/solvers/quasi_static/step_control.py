@@ -47,20 +47,19 @@ class EnergyControl:
     tolerance: float  # energy error summed along the path over the largest external work (1)
     options: EnergyOptions = DEFAULTS.energy  # limits of the refinement
 
-    def next_length(self, before: EnergyBalance, after: EnergyBalance, step: float) -> float:
-        """Return the step length whose imbalance is just allowed.
+    def next_length(self, before: EnergyBalance, after: EnergyBalance, damage: float, step: float) -> float:
+        """Step length whose imbalance is just allowed: of the next step, or of this step repeated if shorter.
 
-        It is the length of the next step, or of this step repeated if shorter. The imbalance is of second order in the
-        step, which gives the square root.
+        ``damage`` is the damage of softening bonds in this step. The imbalance is of second order in the step, which
+        gives the square root.
         """
         error = (after.energy_error - before.energy_error) - (after.section_error - before.section_error)
         options = self.options
         allowed = max(options.step_share * self.tolerance * after.largest_work, after.residual_work)
         factor = options.safety * float(np.sqrt(allowed / error)) if error > 0.0 else np.inf
-        growth = after.damage - before.damage
-        if growth > 0.0:
-            factor = min(factor, options.safety * DAMAGE_GROWTH / growth)
-        longer = error <= allowed and growth <= DAMAGE_GROWTH
+        if damage > 0.0:
+            factor = min(factor, options.safety * DAMAGE_GROWTH / damage)
+        longer = error <= allowed and damage <= DAMAGE_GROWTH
         return step * (min(max(factor, 1.0), STEP_GROWTH) if longer else max(factor, SHORTEST_CUT))
 
 

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from damagepred.assembly import Model
-from damagepred.diagnostics import Counters
+from damagepred.diagnostics import Counters, Residuals
 from damagepred.errors import ConvergenceError
 from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.quasi_static.continuation import Checkpoint, Continuation
 from damagepred.solvers.quasi_static.dynamic_relaxation import residual_in_motion
-from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.state.increment import FootingResults, Increment, PathEnd
 from damagepred.solvers.state.joint_history import contact_states
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, detached_blocks
 from damagepred.solvers.system.loading_stages import (
@@ -76,7 +76,7 @@ class QuasiStaticStepper:
         return least_support_load(path.model, path.state.jack, path.stresses(path.state)[1])
 
     def step_to(self, load_factor: float) -> Outcome:
-        """Follow the path to a load factor, or to collapse."""
+        """Follow the path to a load factor, or to collapse; a footing that lifts off starts again from the level."""
         path, ratio = self.path, self.path.advance(1.0, load_factor)
         if self.number == 0 and self._lifted_off(ratio):
             path = self.path = Continuation(level(path.model), self.settings)
@@ -126,17 +126,21 @@ class QuasiStaticStepper:
             normal_stress=sigma,
             shear_stress=tau,
             state=contact_states(model, history._replace(cracked=history.cracked & ~path.bonds.never_opened)),
-            unbalanced_force_ratio=max(outcome.unbalanced_force_ratio, accepted),
+            residuals=Residuals(
+                unbalanced_force_ratio=max(outcome.unbalanced_force_ratio, accepted),
+                joint_law_violation=float(violation),
+            ),
             base_reaction=path.equilibrium.system.base_reaction(force),
             collapsed=outcome.collapsed,
             energy=path.balance.energies(),
-            joint_law_violation=float(violation),
-            last_stable_load_factor=path.last_stable_load_factor if outcome.collapsed else np.nan,
+            end=PathEnd(last_stable_load_factor=path.last_stable_load_factor if outcome.collapsed else np.nan),
             strain=path.equilibrium.system.strains(state.displacement),
             support_force=path.equilibrium.system.support_force(force),
             zones=None if superelements is None else superelements.zone_results(state),
-            deflection=np.nan if model.deflection is None else float(model.deflection @ state.displacement),
-            jack_load=np.nan if model.jacks is None else state.jack,
+            footing=FootingResults(
+                np.nan if model.deflection is None else float(model.deflection @ state.displacement),
+                np.nan if model.jacks is None else state.jack,
+            ),
             broken_at=path.bonds.broken_at.copy(),
         )
 

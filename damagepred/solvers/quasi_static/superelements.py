@@ -66,7 +66,8 @@ class BlockShape(NamedTuple):
 class Superelements:
     """Deformable blocks of a model: degrees of freedom of each ``boundary``, ``elastic`` stiffness there (N/m).
 
-    ``tangents`` lists the tangents of all blocks; loads are condensed to the boundaries.
+    ``tangents`` lists the tangents of all blocks, which ``update_tangents`` changes and ``factors`` read; loads are
+    condensed to the boundaries. ``law`` is the structure for kernels.
     """
 
     def __init__(self, system: DiscreteSystem, interior_tolerance: float = DEFAULTS.interior_tolerance) -> None:

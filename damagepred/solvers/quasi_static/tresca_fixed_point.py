@@ -23,7 +23,9 @@ UPDATES_PER_FACTOR = 12
 
 
 def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_iterations: int) -> float:
-    """Coulomb friction by Tresca fixed-point iteration; return the unbalanced force ratio.
+    """Coulomb friction by Tresca fixed-point iteration from the displacements of a state, which it sets.
+
+    Returns the unbalanced force ratio.
 
     Each iteration minimises the potential with fixed bounds, updates these, under-relaxed after the first updates, and
     tries Newton's method on the Coulomb law from there. The minimisation is inexact: its tolerance is a share of the

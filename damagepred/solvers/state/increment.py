@@ -17,8 +17,30 @@ class ZoneResults(NamedTuple):
     state: Int8Array  # (z,) ``ZoneState``
 
 
+class FootingResults(NamedTuple):
+    """Footing on jacks or soil at an increment."""
+
+    deflection: float = float("nan")  # centre relative to the ends (m, upwards)
+    jack_load: float = float("nan")  # of each jack (N, upwards)
+
+
+class MotionResults(NamedTuple):
+    """Output of a dynamic run."""
+
+    time: float  # (s)
+    base: tuple[float, float]  # displacement of the base (m); block displacements are relative to it
+    searches: int  # neighbour searches up to this output
+
+
+class PathEnd(NamedTuple):
+    """End of a path before its full movement."""
+
+    unloaded: str = ""  # ``"jacks"`` or ``"supports"`` that have no load
+    last_stable_load_factor: float = float("nan")  # last equilibrium before collapse
+
+
 @dataclass(frozen=True)
-class Increment(Residuals):
+class Increment:
     """Equilibrium at one point of the path, with its residuals; n blocks, m interfaces with q contacts each.
 
     The unbalanced force ratio is above the tolerance of the quasi-static solver, and at most 1e-3, where Coulomb
@@ -36,19 +58,16 @@ class Increment(Residuals):
     # broke the bond, otherwise slipping after slip
     state: Int8Array
     base_reaction: float  # vertical force of ground and supports on the wall (N, upwards)
+    residuals: Residuals = field(default_factory=Residuals)
     counters: Counters = field(default_factory=Counters)  # work of the solver
     energy: Energies = field(default_factory=Energies)  # quasi-static and dynamic runs
     collapsed: bool = False  # a part is detached: no equilibrium; ``load_factor`` at collapse
-    last_stable_load_factor: float = float("nan")  # last equilibrium before collapse
-    time: float = float("nan")  # of a dynamic run (s)
-    base: tuple[float, float] = (0.0, 0.0)  # of a dynamic run (m); block displacements are relative to it
-    searches: int = 0  # neighbour searches of a dynamic run up to this output
+    end: PathEnd = field(default_factory=PathEnd)
+    motion: MotionResults | None = None  # None: static path
     # (n, 2) strain along the bed (elongation positive) and curvature (1/m, ends up positive), 0 for rigid blocks; None
     # for walls without elastic blocks
     strain: FloatArray | None = None
     support_force: FloatArray | None = None  # (n, 3) on each block: x, y (N) and moment (N m); 0 where it is free
     zones: ZoneResults | None = None  # ``displacement`` has the mean motion of deformable blocks
-    deflection: float = float("nan")  # centre of a footing on jacks or soil relative to its ends (m, upwards)
-    jack_load: float = float("nan")  # of each jack (N, upwards)
+    footing: FootingResults = field(default_factory=FootingResults)
     broken_at: FloatArray | None = None  # (m, q) load factor at failure of each bond, NaN if intact; None: dynamic run
-    ended: str = ""  # reason of an early end of the path: no load on ``"jacks"`` or ``"supports"``

@@ -79,7 +79,7 @@ def solve(case: Case, settings: Solver, increments: int = INCREMENTS) -> Found:
     return {
         "build": built - began,
         "seconds": seconds,
-        "residual": last.unbalanced_force_ratio,
+        "residual": last.residuals.unbalanced_force_ratio,
         "steps": last.counters.newton_iterations + last.counters.cycles,
         "base": np.array([force[on_ground & (block == b)].sum() for b in wall.lowest]),
         "displacement": last.displacement[:count],
