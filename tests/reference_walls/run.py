@@ -2,10 +2,11 @@
 
 Run: python tests/reference_walls/run.py record FOLDER
      python tests/reference_walls/run.py compare FOLDER [--only NAME ...] [--tolerance 1e-12]
-     python tests/reference_walls/run.py time CHECKOUT [--only NAME ...] [--rounds 3]
+     python tests/reference_walls/run.py time CHECKOUT [--only NAME ...] [--scenes data/*.toml] [--rounds 3]
      python tests/reference_walls/run.py digests [REVISION ...] [--only NAME ...]
 
-Results are compared bit by bit. Times are processor times of this version and of another checkout, taken in turn.
+Results are compared bit by bit. Times are processor times of this version and of another checkout, taken in turn: of
+each wall and each further scene, and of the start of a process up to its first result, with compiled kernels.
 ``digests`` writes a digest of the fields of each wall for each revision as a row of ``digests.csv``: equal digests are
 equal bits, on the machine named in the row.
 
@@ -200,36 +201,37 @@ def compare(folder: Path, only: list[str], tolerance: float) -> int:
     return worst
 
 
-def times(only: list[str]) -> dict[str, float]:
-    """Return the processor time (s) of each wall: the shortest of three runs, after one that compiles."""
-    taken = {}
-    for name, text in walls().items():
-        if only and name not in only:
-            continue
-        scene = scene_of(text)
+def times(only: list[str], files: list[str]) -> dict[str, float]:
+    """Processor time (s) of each wall: the shortest of three runs, after one that compiles; and of the first result."""
+    scenes = {name: scene_of(text) for name, text in walls().items() if not only or name in only}
+    scenes |= {Path(file).stem: damagepred.Scene.from_toml(file) for file in files}
+    taken: dict[str, float] = {}
+    for name, scene in scenes.items():
         runs = []
         for _ in range(4):
             begun = time.process_time()
             damagepred.solve(scene, on_failure="return")
             runs.append(time.process_time() - begun)
+            taken.setdefault("start of a process", time.process_time())
         taken[name] = min(runs[1:])
     return taken
 
 
-def compare_times(checkout: Path, only: list[str], rounds: int) -> int:
+def compare_times(checkout: Path, only: list[str], files: list[str], rounds: int) -> int:
     """Print the shortest times of this version and of another checkout, which take turns, and their ratios."""
     versions = {"other": checkout.resolve(), "this": HERE.parents[1]}
     shortest: dict[str, dict[str, float]] = {version: {} for version in versions}
     for _ in range(rounds):
         for version, folder in versions.items():
-            command = [sys.executable, __file__, "--only", *only, "--", "times"]
+            command = [sys.executable, __file__, "--only", *only, "--scenes", *files, "--", "times"]
             run = subprocess.run(
                 command, check=True, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(folder)}
             )
             for name, taken in json.loads(run.stdout).items():
                 shortest[version][name] = min(taken, shortest[version].get(name, np.inf))
     for version in versions:
-        shortest[version]["sum"] = sum(shortest[version].values())
+        taken = shortest[version]
+        taken["all walls"] = sum(taken.values()) - taken["start of a process"]
     for name, taken in shortest["this"].items():
         before = shortest["other"][name]
         print(f"{name}: {1e3 * before:.1f} ms in the other, {1e3 * taken:.1f} ms here, ratio {taken / before:.3f}")
@@ -246,11 +248,12 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("folder", nargs="*", help="of recorded results, or a checkout of another version; revisions")
     parser.add_argument("--only", nargs="*", default=[], help="names of walls, or study")
+    parser.add_argument("--scenes", nargs="*", default=[], help="scene files whose time is taken, too")
     parser.add_argument("--tolerance", type=float, default=0.0, help="relative difference allowed (0: bit by bit)")
     parser.add_argument("--rounds", type=int, default=3, help="how often the versions take turns")
     given = parser.parse_args(arguments)
     if given.what == "times":
-        print(json.dumps(times(given.only)))
+        print(json.dumps(times(given.only, given.scenes)))
         return 0
     if given.what == "digests-here":
         print(json.dumps(digests(given.only)))
@@ -265,7 +268,7 @@ def main(arguments: list[str] | None = None) -> int:
             return record(folder, given.only)
         case "compare":
             return compare(folder, given.only, given.tolerance)
-    return compare_times(folder, given.only, given.rounds)
+    return compare_times(folder, given.only, given.scenes, given.rounds)
 
 
 if __name__ == "__main__":

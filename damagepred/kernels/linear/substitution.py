@@ -107,37 +107,38 @@ SOLVE_COLUMNS = types.void(Factors.kind, Rows.kind, types.int64, FLOATS, FLOATS)
 def solve_columns(factors, rows, columns, force, displacement):
     """Forward elimination and back substitution of many right-hand sides, one per column, by products of matrices.
 
-    Forces, zero on fronts that are not ``reached``, are overwritten.
+    Right-hand sides are rows by ``columns`` in flat arrays, ``columns`` entries per degree of freedom. Forces, zero on
+    fronts that are not ``reached``, are overwritten.
     """
-    tree, dense, fronts, reached, r = factors.tree, factors.dense, rows.fronts, rows.reached, columns
+    tree, dense, fronts, reached, n = factors.tree, factors.dense, rows.fronts, rows.reached, columns
     edges = rows.gathered.reshape(rows.gathered.size)
     start, first, parent, row_start = tree.start, tree.first_boundary, tree.parent, rows.row_start
     inverse_start, coupling_start = tree.inverse_start, tree.coupling_start
     for f in range(fronts.size - 1, -1, -1):
         k = fronts[f]
-        size, a, edge = start[k + 1] - start[k], row_start[k], rows.boundary_row[first[k] : first[k + 1]]
-        own, found = force[a * r :], displacement[a * r : (a + size) * r]
+        size, row, edge = start[k + 1] - start[k], row_start[k], rows.boundary_row[first[k] : first[k + 1]]
+        solution = displacement[row * n : (row + size) * n]
         if not reached[k]:
-            for j in range(found.size):
-                found[j] = 0.0
+            for j in range(solution.size):
+                solution[j] = 0.0
             continue
         inverse = factors.inverses[inverse_start[k] :]
-        multiply(dense, True, r, size, size, 1.0, own, r, inverse, size, 0.0, found)
+        multiply(dense, True, n, size, size, 1.0, force[row * n :], n, inverse, size, 0.0, solution)
         if edge.size == 0:
             continue
         reached[parent[k]] = True
         coupling = factors.coupling[coupling_start[k] :]
-        multiply(dense, True, r, edge.size, size, 1.0, found, r, coupling, edge.size, 0.0, edges)
+        multiply(dense, True, n, edge.size, size, 1.0, solution, n, coupling, edge.size, 0.0, edges)
         for i in range(edge.size):
-            add_row(-1.0, edges[i * r : (i + 1) * r], force[edge[i] * r : (edge[i] + 1) * r])
+            add_row(-1.0, edges[i * n : (i + 1) * n], force[edge[i] * n : (edge[i] + 1) * n])
     for k in fronts:
-        size, a, edge = start[k + 1] - start[k], row_start[k], rows.boundary_row[first[k] : first[k + 1]]
+        size, row, edge = start[k + 1] - start[k], row_start[k], rows.boundary_row[first[k] : first[k + 1]]
         for i in range(edge.size):
-            for j in range(r):
-                edges[i * r + j] = displacement[edge[i] * r + j]
-        found = displacement[a * r : (a + size) * r]
+            for j in range(n):
+                edges[i * n + j] = displacement[edge[i] * n + j]
+        solution = displacement[row * n : (row + size) * n]
         upper = factors.upper[coupling_start[k] :]
-        multiply(dense, True, r, size, edge.size, -1.0, edges, r, upper, size, 1.0, found)
+        multiply(dense, True, n, size, edge.size, -1.0, edges, n, upper, size, 1.0, solution)
 
 
 class Substitution(Structure):

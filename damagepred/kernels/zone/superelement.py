@@ -260,12 +260,55 @@ def _dot(a, b):
 
 
 @rule
+def _start_interior(blocks, d, load, live, displacement, u, applied, elastic):
+    """Fill displacements u (n,) of block d, and the load and the elastic displacement of its interior (i,).
+
+    The interior starts from the elastic solution, shifted by the inelastic part of the last one.
+    """
+    s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
+    r, condensed = blocks.shapes.boundary[s], _matrix(blocks.shapes, s, blocks.shapes.condensed)
+    for i in range(r):
+        u[i] = displacement[dof[i]]
+    for i in range(applied.size):
+        applied[i] = load * blocks.loads[0, dof[r + i]] + live * blocks.loads[1, dof[r + i]]
+    for i in range(applied.size):
+        total = 0.0
+        for j in range(applied.size):
+            total += condensed[r + i, r + j] * applied[j]
+        for j in range(r):
+            total -= condensed[r + i, j] * u[j]
+        elastic[i] = total
+        u[r + i] = total + blocks.inelastic[dof[r + i]]
+
+
+@rule
+def _interior_step(blocks, d, trial, yields, residual, tangent, matrix, step):
+    """Fill the Newton step of the interior (i, 1), the elastic one where that does not descend; return its slope."""
+    s, count, slope = blocks.shape[d], step.shape[0], 0.0
+    r, condensed = blocks.shapes.boundary[s], _matrix(blocks.shapes, s, blocks.shapes.condensed)
+    if yields:
+        _fill_tangent(blocks, d, trial, tangent)
+        for i in range(count):
+            step[i, 0] = residual[i, 0]
+            for j in range(count):
+                matrix[i, j] = tangent[r + i, r + j]
+        _solve(matrix, step)
+        slope = _dot(residual, step)
+    if not slope > 0.0:
+        for i in range(count):
+            step[i, 0] = 0.0
+            for j in range(count):
+                step[i, 0] += condensed[r + i, r + j] * residual[j, 0]
+        slope = _dot(residual, step)
+    return slope
+
+
+@rule
 def _correct_block(blocks, d, plastic, load, live, trial, displacement, force):
     """Bring the interior of a yielding block to equilibrium, and correct the elastic forces on its boundary.
 
-    Newton's method with line search on the energy, from the elastic interior shifted by the inelastic part of the last
-    solution. Changes the interior in ``displacement``, ``trial`` stresses, and ``blocks.inelastic``; forces are NaN
-    where the interior has no equilibrium.
+    Newton's method with line search on the energy. Changes the interior in ``displacement``, ``trial`` stresses, and
+    ``blocks.inelastic``; forces are NaN where the interior has no equilibrium.
     """
     s, dof, tolerance = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]], blocks.tolerance
     n, r, condensed = dof.size, blocks.shapes.boundary[s], _matrix(blocks.shapes, s, blocks.shapes.condensed)
@@ -273,38 +316,13 @@ def _correct_block(blocks, d, plastic, load, live, trial, displacement, force):
     u, internal, tangent, matrix = np.zeros(n), np.zeros(n), np.zeros((n, n)), np.zeros((i_count, i_count))
     applied, elastic, start = np.zeros(i_count), np.zeros(i_count), np.zeros(i_count)
     residual, step = np.zeros((i_count, 1)), np.zeros((i_count, 1))
-    for i in range(r):
-        u[i] = displacement[dof[i]]
-    for i in range(i_count):
-        applied[i] = load * blocks.loads[0, dof[r + i]] + live * blocks.loads[1, dof[r + i]]
-    for i in range(i_count):
-        total = 0.0
-        for j in range(i_count):
-            total += condensed[r + i, r + j] * applied[j]
-        for j in range(r):
-            total -= condensed[r + i, j] * u[j]
-        elastic[i] = total
-        u[r + i] = total + blocks.inelastic[dof[r + i]]
+    _start_interior(blocks, d, load, live, displacement, u, applied, elastic)
     largest, yields = _internal_force(blocks, d, plastic, u, trial, internal)
     out = _interior_residual(applied, internal, residual)
     for _ in range(OPTIONS.max_iterations):
         if not out > tolerance * largest:
             break
-        slope = 0.0
-        if yields:
-            _fill_tangent(blocks, d, trial, tangent)
-            for i in range(i_count):
-                step[i, 0] = residual[i, 0]
-                for j in range(i_count):
-                    matrix[i, j] = tangent[r + i, r + j]
-            _solve(matrix, step)
-            slope = _dot(residual, step)
-        if not slope > 0.0:
-            for i in range(i_count):
-                step[i, 0] = 0.0
-                for j in range(i_count):
-                    step[i, 0] += condensed[r + i, r + j] * residual[j, 0]
-            slope = _dot(residual, step)
+        slope = _interior_step(blocks, d, trial, yields, residual, tangent, matrix, step)
         # line search: to where the energy no longer decreases along the step
         share = 1.0
         for i in range(i_count):
@@ -318,18 +336,19 @@ def _correct_block(blocks, d, plastic, load, live, trial, displacement, force):
             if now >= -OPTIONS.slope_ratio * slope:
                 break
             share *= min(max(slope / (slope - now), 0.1), 0.9)
-    found = out <= 1e3 * tolerance * largest
+    balanced = out <= 1e3 * tolerance * largest
     for i in range(i_count):
         displacement[dof[r + i]] = u[r + i]
-        if found:
+        if balanced:
             blocks.inelastic[dof[r + i]] = u[r + i] - elastic[i]
+    # force of the active block less the force of the elastic one, which ``add_block_forces`` has added
     for i in range(r):
         total = -internal[i]
         for j in range(r):
             total += condensed[i, j] * u[j]
         for j in range(i_count):
             total += condensed[r + j, i] * applied[j]
-        force[dof[i]] += total if found else math.nan
+        force[dof[i]] += total if balanced else math.nan
 
 
 PLACE_FACETS = types.void(DeformableBlocks.kind, FLOATS, FLOATS)

@@ -185,46 +185,51 @@ class EliminationTree:
     # -- symbolic factorisation -----------------------------------------------------------------------------------
 
     def _set_boundaries(self, front: IntArray, node: IntArray, *elements: IntArray) -> None:
-        """Set parents and boundaries (symbolic factorisation): later nodes that elements or children couple to a front.
+        """Set parents and boundaries of all fronts (symbolic factorisation).
 
-        ``front`` and ``node`` of each free degree of freedom, in order; ``elements`` lists their places per element.
+        ``front`` and ``node`` of each free degree of freedom, in the order of the fronts; ``elements``: places of the
+        degrees of freedom of each interface, and of each deformable block, in that order.
         """
-        total = len(front)
-        # of the nodes in the order of their degrees of freedom
+        # nodes are numbered in the same order: where each begins, and its number of degrees of freedom
         first = np.flatnonzero(np.diff(node, prepend=-1, append=-1))
-        first, count = first[:-1], np.diff(first)
-        rank = np.append(np.repeat(np.arange(len(first)), count), -1)
-        pairs = []
-        for listed in elements:
-            ranks = rank[listed]
-            last = np.append(front, -1)[listed].max(axis=1, initial=-1) if listed.size else np.empty(0, dtype=np.int64)
-            rows = np.repeat(last, ranks.shape[1])[ranks.ravel() >= 0]
-            pairs.append(rows * len(first) + ranks[ranks >= 0])
-        keys = np.unique(np.concatenate(pairs)) if total else np.empty(0, dtype=np.int64)
-        fronts, ranks = np.divmod(keys, max(len(first), 1))
-        edges = np.searchsorted(fronts, np.arange(self.count + 1))
-        front_of_node = front[first]
-        own = np.searchsorted(front_of_node, np.arange(self.count))
-        gathered: list[list[IntArray]] = [[ranks[i:j]] for i, j in pairwise(edges)]
-        self.parent = np.full(self.count, -1, dtype=np.int64)
-        boundary = [np.empty(0, dtype=np.int64)] * self.count
-        for k in range(self.count - 1, -1, -1):
-            nodes = np.unique(np.concatenate(gathered[k])) if len(gathered[k]) > 1 else gathered[k][0]
-            boundary[k] = nodes[: np.searchsorted(nodes, own[k])]
-            if len(boundary[k]):
-                self.parent[k] = front_of_node[boundary[k][-1]]
-                gathered[self.parent[k]].append(boundary[k])
-            gathered[k] = []
-        flat = np.concatenate([np.empty(0, dtype=np.int64), *boundary])
-        widths = count[flat]
-        ends = np.cumsum(widths)
-        self.boundary = np.repeat(first[flat] - (ends - widths), widths) + np.arange(ends[-1] if len(ends) else 0)
-        nodes_before = np.concatenate(([0], np.cumsum([len(b) for b in boundary]))).astype(np.int64)
-        self.first_boundary = np.concatenate(([0], ends))[nodes_before]
+        first, width = first[:-1], np.diff(first)
+        number = np.append(np.repeat(np.arange(len(first)), width), -1)  # of place -1
+        boundary = self._node_boundaries(front[first], self._coupled_nodes(np.append(front, -1), number, elements))
+        # from nodes to their degrees of freedom
+        nodes = np.concatenate([np.empty(0, dtype=np.int64), *boundary])
+        ends = np.cumsum(width[nodes])
+        starts = first[nodes] - (ends - width[nodes])
+        self.boundary = np.repeat(starts, width[nodes]) + np.arange(ends[-1] if len(ends) else 0)
+        self.first_boundary = np.concatenate(([0], ends))[np.cumsum([0, *map(len, boundary)])]
         self.boundary_size = np.diff(self.first_boundary)
         of_front = np.repeat(np.arange(self.count), self.boundary_size)
-        self._keys = of_front * total + self.boundary
+        self._keys = of_front * len(front) + self.boundary
         self.boundary_in_parent = self._index_in(self.parent[of_front], self.boundary[:, None]).ravel()
+
+    def _coupled_nodes(self, front: IntArray, number: IntArray, elements: tuple[IntArray, ...]) -> list[IntArray]:
+        """Numbers of the nodes that the elements of each front couple, in order; an element is of its last front."""
+        pairs, count = [np.empty(0, dtype=np.int64)], int(number.max(initial=0)) + 1
+        for places in elements:
+            numbers = number[places]
+            last = front[places].max(axis=1, initial=-1) if places.size else np.empty(0, dtype=np.int64)
+            pairs.append(np.repeat(last, numbers.shape[1])[numbers.ravel() >= 0] * count + numbers[numbers >= 0])
+        fronts, nodes = np.divmod(np.unique(np.concatenate(pairs)), count)
+        return [nodes[i:j] for i, j in pairwise(np.searchsorted(fronts, np.arange(self.count + 1)))]
+
+    def _node_boundaries(self, front_of_node: IntArray, coupled: list[IntArray]) -> list[IntArray]:
+        """Set the parents; nodes of each boundary: nodes of ancestors coupled by elements or children of the front."""
+        gathered = [[nodes] for nodes in coupled]
+        first_node = np.searchsorted(front_of_node, np.arange(self.count))
+        self.parent = np.full(self.count, -1, dtype=np.int64)
+        boundary = [np.empty(0, dtype=np.int64)] * self.count
+        for k in range(self.count - 1, -1, -1):  # children first
+            nodes = np.unique(np.concatenate(gathered[k])) if len(gathered[k]) > 1 else gathered[k][0]
+            boundary[k] = nodes[: np.searchsorted(nodes, first_node[k])]
+            if len(boundary[k]):
+                self.parent[k] = front_of_node[boundary[k][-1]]  # the nearest ancestor
+                gathered[self.parent[k]].append(boundary[k])
+            gathered[k] = []
+        return boundary
 
     def _index_in(self, front: IntArray, places: IntArray) -> IntArray:
         """Index in a front of the degrees of freedom in the row for it: the front's own first, then its boundary."""

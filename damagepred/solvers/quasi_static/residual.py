@@ -131,31 +131,40 @@ class Residual:
         self._make_components()
         elastic = self._elastic_stiffness(rest)
         self.equations = MultifrontalSystem(self.system, elastic, self.superelements, options.linear_system)
-        moves = supports.prescribed_displacement != 0.0
-        self._moving: IntArray | None = None
-        if model.is_strained:
-            self._moving = self._all_interfaces
-        # forces inside deformable blocks may depend on the load factor
-        elif self.superelements is not None or moves.any() or model.ground.moves:
-            self._moving = self._interfaces_of(self._blocks_of(moves))
-        # condensed fronts have fixed supports, and no load but dead and live ones
-        displaced = self._blocks_of(moves | (supports.start != 0.0))
-        if self.jacks is not None:
-            acting = np.flatnonzero((self.jacks.push != 0.0) | (self.jacks.weights != 0.0))
-            displaced = np.append(displaced, self.system.block_of_dof[acting])
-        if model.footing is not None:
-            displaced = np.append(displaced, model.footing)
-        tree = self.equations.tree
-        self._never_condensed = tree.fronts_of(self._interfaces_of(displaced))
-        self._never_condensed[:1] = True
-        if self.superelements is not None:
-            self._never_condensed |= tree.fronts_of_superelements(np.isin(self.superelements.block, displaced))
-        if model.is_strained:
-            self._never_condensed[:] = True
+        self._moving = self._moving_interfaces()
+        self._never_condensed = self._always_active_fronts()
         self._detachment_limit = float(np.abs(supports.start).max(initial=0.0)), DetachmentLimit.of(model)
         self.change_model(model)
         self._lasting["stiffness"][:] = elastic
         self.store_tangent(rest, rest.displacement)
+
+    def _moving_interfaces(self) -> IntArray | None:
+        """Interfaces whose forces change with the load factor alone; None if nothing moves."""
+        moves = self.model.supports.prescribed_displacement != 0.0
+        if self.model.is_strained:
+            return self._all_interfaces
+        # forces inside deformable blocks may depend on the load factor
+        if self.superelements is not None or moves.any() or self.model.ground.moves:
+            return self._interfaces_of(self._blocks_of(moves))
+        return None
+
+    def _always_active_fronts(self) -> BoolArray:
+        """Fronts (F,) that are never condensed: the root, and all with moved supports, jacks, footing or strains.
+
+        Condensed fronts have fixed supports, and no load but dead and live ones.
+        """
+        tree, supports = self.equations.tree, self.model.supports
+        displaced = self._blocks_of((supports.prescribed_displacement != 0.0) | (supports.start != 0.0))
+        if self.jacks is not None:
+            acting = np.flatnonzero((self.jacks.push != 0.0) | (self.jacks.weights != 0.0))
+            displaced = np.append(displaced, self.system.block_of_dof[acting])
+        if self.model.footing is not None:
+            displaced = np.append(displaced, self.model.footing)
+        fronts = tree.fronts_of(self._interfaces_of(displaced))
+        fronts[:1] = True
+        if self.superelements is not None:
+            fronts |= tree.fronts_of_superelements(np.isin(self.superelements.block, displaced))
+        return fronts | self.model.is_strained
 
     @property
     def plain(self) -> bool:

@@ -18,19 +18,20 @@ class StaticCondensation:
 
     def __init__(self, equations: MultifrontalSystem, load: FloatArray, live_load: FloatArray | None) -> None:
         tree, active, substitution = equations.tree, equations.active.fronts, equations.condensed_substitution()
+        # dead and live load, eliminated from the condensed fronts up to their boundaries
         loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
         reduced, particular = np.ascontiguousarray(loads[:, tree.dofs]), np.empty((2, len(tree.dofs)))
         equations.reached[:] = True
         condense_forces(substitution, reduced, particular)
         condensed = tree.dofs[np.repeat(~active, tree.size)]
+        # a superelement for each condensed front with an active parent; places in the order of the fronts
         roots = np.flatnonzero(~active & np.append(active, False)[tree.parent])
-        of_root = np.repeat(np.isin(np.arange(tree.count), roots), tree.boundary_size)
-        places = tree.boundary[of_root]
+        places = tree.boundary[np.repeat(np.isin(np.arange(tree.count), roots), tree.boundary_size)]
         boundary = np.unique(places)
         self.boundary_dofs = tree.dofs[boundary]
         self._load = reduced[:, boundary] - loads[:, self.boundary_dofs]
-        edges, complements = np.cumsum(tree.boundary_size**2), equations.elastic_complements
-        squares = [complements[edges[k] - tree.boundary_size[k] ** 2 : edges[k]] for k in roots]
+        ends, complements = np.cumsum(tree.boundary_size**2), equations.elastic_complements
+        squares = [complements[ends[k] - tree.boundary_size[k] ** 2 : ends[k]] for k in roots]
         self.structure = Condensation(
             substitution=substitution,
             boundary_dofs=tree.dofs[places],
