@@ -353,7 +353,10 @@ def contact_forces(
 
 @rule
 def _append_if_near(bodies, i, other, pose, strains, low, high, margin, polygon, edge, gap, count):
-    """Append a block within the margin to the neighbour list of point i; return the length of the list."""
+    """Append block ``other`` to the neighbour list of point i if it is within the margin; return the length of the list.
+
+    ``low``, ``high``: boxes round the blocks (m); ``polygon``, ``edge``, ``gap``: the list, of ``count`` entries.
+    """
     x, y, along_x, along_y = face_frame(bodies.points, i, bodies.edges, pose, strains)
     own_polygon = bodies.edges[bodies.points[i].own_edge].polygon
     if (other == own_polygon) | (high[other, 0] < x - margin) | (low[other, 0] > x + margin):

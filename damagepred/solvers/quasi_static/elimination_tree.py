@@ -142,7 +142,10 @@ class EliminationTree:
     # -- order ----------------------------------------------------------------------------------------------------
 
     def _set_nodes(self, system: DiscreteSystem, dofs: IntArray) -> IntArray:
-        """Set block, size and place of each node, and the nodes that interfaces join; return the nodes of free dofs."""
+        """Set block and weight of each node, and the nodes on both sides of interfaces; nodes of the free ``dofs``.
+
+        The weight is the number of free degrees of freedom.
+        """
         model = system.model
         mesh, n = model.mesh, model.n_blocks
         node = system.block_of_dof.copy()

@@ -472,7 +472,7 @@ class Residual:
         friction, crushing, mode_1_dissipation, stored, softened = work
         if condensation is not None and self.superelements is None:
             stored += condensation.elastic_energy(u, state.load, state.load_factor)
-        if self.model.elastic is not None:  # loads of active fronts
+        if self.model.elastic is not None:  # strains in active fronts: the energy of condensed ones is included
             strain = np.zeros_like(state.displacement)
             strain[self.free] = state.displacement[self.free]
             stored += 0.5 * float(self.system.strain_stiffness @ strain[self.system.strain_dofs] ** 2)

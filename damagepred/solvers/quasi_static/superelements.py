@@ -188,14 +188,17 @@ class Superelements:
         return np.column_stack((self.mesh.dof_x[own], self.mesh.dof_y[own])).ravel()
 
     def _condense(self, members: IntArray, rows: FloatArray) -> BlockShape:
-        """Condense the interior of blocks of one shape to their boundaries."""
+        """Condense the interior of blocks of one shape to their boundaries (Guyan 1965).
+
+        Degrees of freedom on the boundary of the block and at supports are kept, and come first.
+        """
         mesh, d = self.mesh, int(members[0])
         zones = slice(mesh.first_zone[d], mesh.first_zone[d + 1])
         cells = cell_gridpoints(mesh.zones)[zones.start // 4 : zones.stop // 4] - mesh.first_gridpoint[d]
         kept = np.repeat(mesh.on_boundary[mesh.first_gridpoint[d] : mesh.first_gridpoint[d + 1]], 2)
         kept |= np.isin(self._dofs(d), self.model.supports.prescribed)
         order, r = np.argsort(~kept, kind="stable"), int(kept.sum())
-        place = np.argsort(order)
+        place = np.argsort(order)  # of each degree of freedom in that order
         local = place[(2 * cells[:, :, None] + np.arange(2)).reshape(-1, 10)]
         stiffness = np.zeros((len(kept), len(kept)))
         np.add.at(stiffness, (local[:, :, None], local[:, None, :]), cell_matrices(self.model, rows, zones))
