@@ -353,7 +353,7 @@ def contact_forces(
 
 @rule
 def _append_if_near(bodies, i, other, pose, strains, low, high, margin, polygon, edge, gap, count):
-    """Append block ``other`` to the neighbour list of point i if it is within the margin; return the length of the list.
+    """Append block ``other`` to the neighbour list of point i if it is within the margin; return its length.
 
     ``low``, ``high``: boxes round the blocks (m); ``polygon``, ``edge``, ``gap``: the list, of ``count`` entries.
     """
