@@ -31,7 +31,7 @@ def test_a_block_slides_at_mu_and_topples_at_b_over_h(
     model = on_plate(width, height, friction, share * min(friction, width / height)).build(settings)
     last = list(solve_path(model, settings, 1))[-1]
     assert last.collapsed == falls
-    assert np.isfinite(last.unbalanced_force_ratio)
+    assert np.isfinite(last.residuals.unbalanced_force_ratio)
     assert (last.number == 0) == falls
 
 

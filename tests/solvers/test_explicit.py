@@ -61,4 +61,4 @@ def test_the_weight_of_the_wall_reaches_the_ground_at_every_increment():
     weight = -model.supports.load[1::3].sum()
     for increment in explicit_path(model, small_scene().solver, 4):
         assert increment.base_reaction == pytest.approx(weight, rel=5e-3)
-        assert increment.unbalanced_force_ratio < 1e-2
+        assert increment.residuals.unbalanced_force_ratio < 1e-2

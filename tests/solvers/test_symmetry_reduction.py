@@ -165,8 +165,8 @@ def test_small_walls_follow_the_same_path(name: str) -> None:
     model, wall = wall_model(WALLS[name]), WALLS[name]
     pairs = compare(model, wall.solver, wall.movement.increments, displacement=1e-5, stress=1e-4)
     for one, _ in pairs:
-        assert np.abs(unbalanced(model, one)).max() <= 1.001 * one.unbalanced_force_ratio + 1e-8
-        assert one.unbalanced_force_ratio < QUASI_STATIC.tolerance_used
+        assert np.abs(unbalanced(model, one)).max() <= 1.001 * one.residuals.unbalanced_force_ratio + 1e-8
+        assert one.residuals.unbalanced_force_ratio < QUASI_STATIC.tolerance_used
     end = pairs[-1][0]
     assert (end.state == ContactState.CRACKED).sum() > 10, "nothing happened"
     assert np.abs(end.shear_stress).max() > 1e3
