@@ -4,10 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
+from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
+from damagepred.kernels.equilibrium.joints import JointArrays
 from damagepred.kernels.joint.parameters import JointParameters, joint_parameters
+from damagepred.kernels.joint.return_mapping import ReturnMapping
 
 Strength = tuple[float, float, float]
+
+
+def joint_arrays(model: Model, options: ReturnMapping) -> JointArrays:
+    """Joints of a model, as laws take them."""
+    records = model.interface_records
+    contacts = records.edge, records.contact_offset, records.contact_area, records.elastic
+    return JointArrays(*contacts, model.joint_parameters, options, 0.0, model.block_stress)
 
 
 def one_joint(

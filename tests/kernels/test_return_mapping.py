@@ -25,6 +25,7 @@ from damagepred.kernels.joint.return_mapping import (
 from damagepred.kernels.joint.softening import Softening
 from damagepred.solvers.quasi_static.options import ReturnMappingOptions
 from damagepred.solvers.state.joint_history import JointHistory
+from tests.kernels.one_joint import joint_arrays
 
 contact_stresses, joint_forces, update_tresca_bounds = (
     kernel(getattr(internal_force, name)) for name in ("contact_stresses", "joint_forces", "update_tresca_bounds")
@@ -396,9 +397,7 @@ def moved(model: Model, rng: np.random.Generator) -> np.ndarray:
 def stresses_of(model: Model, history: JointHistory, displacement: np.ndarray) -> tuple[np.ndarray, ...]:
     opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
     contact_stresses(
-        model.interface_records,
-        model.joint_parameters,
-        OPTIONS,
+        joint_arrays(model, OPTIONS),
         model.ground.at(0.0),
         history,
         displacement,
@@ -426,9 +425,7 @@ def test_a_committed_state_stays(feature: str) -> None:
     before = stresses_of(model, history, displacement)
     arguments = (
         everything,
-        model.interface_records,
-        model.joint_parameters,
-        OPTIONS,
+        joint_arrays(model, OPTIONS),
         model.ground.at(0.0),
         history,
         displacement,
@@ -454,9 +451,7 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
     tresca = (np.full(shape, NO_LIMIT), history.dilatant_opening.copy(), history.kappa.copy())
     update_tresca_bounds(
         everything,
-        model.interface_records,
-        model.joint_parameters,
-        OPTIONS,
+        joint_arrays(model, OPTIONS),
         model.ground.at(0.0),
         history,
         displacement,
@@ -468,9 +463,7 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
         force, stiffness = np.zeros(len(at)), np.zeros((shape[0], 9))
         joint_forces(
             everything,
-            model.interface_records,
-            model.joint_parameters,
-            OPTIONS,
+            joint_arrays(model, OPTIONS),
             model.ground.at(0.0),
             history,
             tresca,

@@ -32,6 +32,7 @@ from damagepred.solvers.state.zone_history import zone_results
 from damagepred.solvers.system.collapse_criterion import largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_response_of
+from tests.kernels.one_joint import joint_arrays
 from tests.solvers.dynamic_scenes import STIFF
 from tests.verification.test_energy_accounts import DRY, ELASTIC, ONE_STEP, concrete_on_jacks, on_jacks
 
@@ -272,32 +273,20 @@ def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: fl
     for k in range(3):
         wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * k + 0.1))
     model = wall.build(STIFF)
-    mapping = DEFAULTS.return_mapping.for_kernels()
     history, listed, still = JointHistory.fresh(model), np.arange(2), model.ground.at(0.0)
     history.cracked[0] = True
     displacement = np.zeros(model.size)
     displacement[3:9] = [2e-5, -3e-5, 3e-4, 1e-5, -9e-5, 4e-4]
     opening, sigma, tau = (np.zeros((2, 3)) for _ in range(3))
-    kernel(contact_stresses)(
-        model.interface_records, model.joint_parameters, mapping, still, history, displacement, opening, sigma, tau
-    )
+    joints = joint_arrays(model, DEFAULTS.return_mapping.for_kernels())
+    kernel(contact_stresses)(joints, still, history, displacement, opening, sigma, tau)
     assert (opening[0] > 0.0).tolist().count(True) == 1
     limit = np.vstack((0.05e6 - 0.5 * 2e9 * opening[0], 0.3e6 - 0.8 * 2e9 * opening[1]))
     limit[0, opening[0] > 0.0] = 0.0
     assert (limit[1] > 0.0).all()
     for old, share, expected in ((NO_LIMIT, 0.3, limit), (1e5, 0.3, 1e5 + 0.3 * (limit - 1e5)), (1e5, 1.0, limit)):
         tresca = (np.full((2, 3), old), np.zeros((2, 3)), np.zeros((2, 3)))
-        kernel(update_tresca_bounds)(
-            listed,
-            model.interface_records,
-            model.joint_parameters,
-            mapping,
-            still,
-            history,
-            displacement,
-            tresca,
-            share,
-        )
+        kernel(update_tresca_bounds)(listed, joints, still, history, displacement, tresca, share)
         np.testing.assert_allclose(tresca[0], expected, rtol=1e-9, atol=1e-3)
 
 
