@@ -184,5 +184,5 @@ def _locate_collapse(
     if broken_at is not None:  # bonds that broke beyond the collapse load factor broke in the collapse
         beyond = (forwards * (broken_at - collapse) > 0.0) & (forwards * (broken_at - end) <= 0.0)
         broken_at = np.where(beyond, collapse, broken_at)
-    end = PathEnd(last_stable_load_factor=stable)
-    return replace(increment, load_factor=collapse, end=end, broken_at=broken_at)
+    located = PathEnd(last_stable_load_factor=stable)
+    return replace(increment, load_factor=collapse, end=located, broken_at=broken_at)
