@@ -208,6 +208,8 @@ class StudySettings:
         tables = {key: value for key, value in tables.items() if key != VERSION}
         if isinstance(scene := tables.get("scene"), Mapping):
             tables["scene"] = unchecked_scene(scene, f"{source}: [scene]")
+        if isinstance(how := tables.get("study"), Mapping) and isinstance(other := how.get("fields_from"), Mapping):
+            tables["study"] = {**how, "fields_from": unchecked_scene(other, f"{source}: [study.fields_from]")}
         settings = build(cls, tables, source)._with_places_of_scene(source)._with_material_scatter()
         settings = settings._with_sample_table(folder)
         measured = {p: v.with_values(p, Scene.unit_of(p), folder) for p, v in settings.variables.items()}

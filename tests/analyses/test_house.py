@@ -12,7 +12,7 @@ from damagepred.analyses.limit_state import Question, margin, study_for_limit_st
 from damagepred.analyses.portfolio import read_houses
 from damagepred.analyses.stored_walls import StoredWalls, require_on
 from damagepred.campaign.sample import sample_of
-from damagepred.campaign.settings import StudySettings, merged
+from damagepred.campaign.settings import StudySettings, merged, read_frozen
 from damagepred.errors import InputError
 from damagepred.results.house import wall_dataset
 from damagepred.uq.observations import (
@@ -129,6 +129,7 @@ def test_choices_and_rows_change_walls_by_name(tmp_path):
     assert [[wall.thickness for wall in s.scene.wall] for s in settings] == [[0.11, 0.11], [0.23, 0.11]]
     _, fields = sample_of(settings[1], settings[1].design(), 0, 2)  # the fields of the first choice
     assert len(fields["joint.tensile_strength"]) == 27
+    assert read_frozen(settings[1].to_toml()) == settings[1]  # workers read this text
     (tmp_path / "houses.csv").write_text("name;thickness (mm);wall.side.height (m)\nA;200;\nB;;0.45\n")
     _, houses = read_houses(tmp_path / "houses.csv", tmp_path / "house.toml", "site", None)
     walls = [house.settings.scene.wall for house in houses]
