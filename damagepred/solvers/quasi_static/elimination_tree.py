@@ -71,6 +71,7 @@ class EliminationTree:
         self.kinematics = interface_kinematics(system.model)
         boundaries = [] if superelements is None else superelements.boundary
         dofs = system.free_dofs if superelements is None else np.setdiff1d(system.free_dofs, superelements.interior)
+        # node and front of each free degree of freedom, sorted by front: the order of elimination, from the root
         node = self._set_nodes(system, dofs)
         front = self._order(system, options)[node]
         in_order = np.lexsort((dofs, node, front))
@@ -78,6 +79,7 @@ class EliminationTree:
         self.count = int(front.max(initial=-1)) + 1
         self.size = np.bincount(front, minlength=self.count)
         self.start = np.concatenate(([0], np.cumsum(self.size)))
+        # interfaces and deformable blocks by the places of their degrees of freedom in that order, -1 where prescribed
         place = np.full(system.model.size, -1, dtype=np.int64)
         place[self.dofs] = np.arange(len(self.dofs))
         elements = np.where(self.kinematics.dof >= 0, place[self.kinematics.dof], -1)

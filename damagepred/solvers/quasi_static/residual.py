@@ -139,7 +139,7 @@ class Residual:
         self.store_tangent(rest, rest.displacement)
 
     def _moving_interfaces(self) -> IntArray | None:
-        """Interfaces whose forces change with the load factor alone; None if nothing moves."""
+        """Interfaces whose forces change with the load factor alone, or None in a wall where nothing moves."""
         moves = self.model.supports.prescribed_displacement != 0.0
         if self.model.is_strained:
             return self._all_interfaces

@@ -110,13 +110,16 @@ class Superelements:
     def _structure(
         self, shapes: list[BlockShape], rows: FloatArray, loads: FloatArray, particular: FloatArray, tolerance: float
     ) -> DeformableBlocks:
-        """All blocks, as one structure for kernels."""
+        """All blocks, as one structure for kernels: matrices once per shape, all other arrays once per block.
+
+        ``rows``: strain-displacement matrices of the zones; ``particular``: interior displacement under the loads.
+        """
         model, mesh, count = self.model, self.mesh, len(self.block)
         elasticity, strength = block_moduli(model)
         size, boundary, cells = np.array([(len(k.stiffness), len(k.condensed), len(k.cells)) for k in shapes]).T
         condensed = [np.block([[k.condensed, k.recovery.T], [k.recovery, k.flexibility]]) for k in shapes]
         shape, dofs = np.empty(count, dtype=np.int64), [np.empty(0, dtype=np.int64)] * count
-        for number, k in enumerate(shapes):
+        for number, k in enumerate(shapes):  # shape and degrees of freedom of each block
             shape[k.member] = number
             for m, dof in zip(k.member, k.dof):
                 dofs[m] = dof
