@@ -158,7 +158,8 @@ def _path_end(
     settings, more = read_frozen(StudyFolder(walls.path).study_text()), f"{walls.name}_farther"
     table, key = _MOVED_BY.get(walls.measure, ("", ""))
     movement = settings.scene.movement
-    if not table or movement.stage or settings.scene.soil_layer or f"{table}.{key}" in settings.variables:
+    further = settings.scene.soil_layer or getattr(settings.scene, "source", ())
+    if not table or movement.stage or further or f"{table}.{key}" in settings.variables:
         return cut, f"{advice} in a separate study, and infer from it"
     count = round(movement.increment_count * target / walls.largest)
     return cut, (
