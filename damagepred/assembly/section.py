@@ -22,18 +22,11 @@ from damagepred.scene.concrete import ReinforcedConcrete
 
 @dataclass(frozen=True)
 class SectionOptions:
-    """Options of the law of cracked sections.
+    """Options of the law of cracked sections."""
 
-    Attributes
-    ----------
-    strength_share : float
-        Share of the strength of wires and of concrete in compression that the cracked state may use at first cracking.
-    minimum_reinforcement : float
-        Least area of the top wires over the area of the concrete: without wires a face has no cracked state.
-    """
-
+    # share of the strength of wires and of concrete in compression that the cracked state may use at first cracking
     strength_share: float = 0.9
-    minimum_reinforcement: float = 1e-4
+    minimum_reinforcement: float = 1e-4  # least area of the top wires over the concrete's: without, no cracked state
 
 
 class Wires(NamedTuple):

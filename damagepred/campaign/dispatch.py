@@ -11,14 +11,14 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.assembly import Limits
 from damagepred.campaign.sample import NOT_STARTED, Batch, Outcome, already_done, run_batch
-from damagepred.campaign.workers import WorkerDied
+from damagepred.campaign.workers import LocalPool, WorkerDied
 from damagepred.enumerations import FailureKind
 from damagepred.errors import InputError, StudyError, require_number
 
@@ -44,26 +44,6 @@ class LostSample(NamedTuple):
     sample: int
     reason: str
     message: str
-
-
-class Engine(Protocol):
-    """Interface of local pools and executors."""
-
-    @property
-    def width(self) -> int:
-        """Number of concurrent batches."""
-
-    def submit(self, batch: Batch) -> Future[list[Outcome]]:
-        """Submit a batch."""
-
-    def close(self) -> None:
-        """End the engine once it is idle."""
-
-    def kill(self) -> None:
-        """End the engine now."""
-
-    def terminate(self) -> None:
-        """End running batches, in a signal handler."""
 
 
 class GivenExecutor:
@@ -100,6 +80,9 @@ class GivenExecutor:
         """Nothing: the caller owns the executor."""
 
     kill = terminate = close
+
+
+Engine = LocalPool | GivenExecutor
 
 
 class Batches:

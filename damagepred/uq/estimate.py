@@ -1,4 +1,4 @@
-"""Estimates of a probability or a mean from samples, with their errors and intervals.
+"""Estimates of a probability from samples, with their errors and intervals.
 
 Three kinds of samples need three kinds of error:
 
@@ -62,24 +62,6 @@ def wilson(share: float, count: float, factor: float) -> tuple[float, float]:
     middle = (share + spread / 2) / (1 + spread)
     half = factor / (1 + spread) * np.sqrt(max(share * (1 - share), 0.0) / count + spread / (4 * count))
     return max(float(middle - half), 0.0), min(float(middle + half), 1.0)
-
-
-@one_blas_thread()
-def mean(
-    values: FloatArray,
-    *,
-    weight: FloatArray | None = None,
-    replicate: IntArray | None = None,
-    confidence: float = 0.9,
-) -> Estimate:
-    """Estimate a mean."""
-    values = np.asarray(values, dtype=np.float64)
-    heavy = np.ones_like(values) if weight is None else np.asarray(weight, dtype=np.float64)
-    value, error, freedom = _mean_and_error(heavy * values, replicate)
-    factor = student_factor(confidence, freedom)
-    return Estimate(
-        value, error, value - factor * error, value + factor * error, confidence, len(values), effective_samples(heavy)
-    )
 
 
 @one_blas_thread()

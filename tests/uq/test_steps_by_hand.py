@@ -24,7 +24,7 @@ from damagepred.uq.capacity import (
     without_damaged_at_start,
 )
 from damagepred.uq.discrepancy import Discrepancy
-from damagepred.uq.estimate import mean, probability, wilson
+from damagepred.uq.estimate import probability, wilson
 from damagepred.uq.fragility import normalised_weights
 from damagepred.uq.importance import Proposal, cross_entropy_shift, draw
 from damagepred.uq.marginals import Mixture, Table, breaks, from_normal
@@ -107,23 +107,9 @@ def test_a_width_passes_its_limit_between_two_increments(widths: tuple, limit: f
 # -- estimates -----------------------------------------------------------------------------------------------------
 
 
-def test_a_mean_and_its_interval_by_student() -> None:
-    values = np.array([1.0, 2.0, 4.0, 7.0, 8.0, 9.0, 3.0, 2.0])
-    e = mean(values, confidence=0.8)
+def test_weights_of_the_walls_that_reached_a_category_add_up_to_their_number() -> None:
     scaled = normalised_weights(np.array([0.25, 0.5, 0.0, 1.0]), np.array([1.0, 2.0, 3.0, np.inf]))
     assert scaled.tolist() == pytest.approx([2 / 3, 4 / 3, 0.0, 8 / 3])
-    half = stats.t.ppf(0.9, 7) * values.std(ddof=1) / np.sqrt(8)
-    assert e == pytest.approx((4.5, values.std(ddof=1) / np.sqrt(8), 4.5 - half, 4.5 + half, 0.8, 8, 8.0))
-    weight = np.array([1.0, 1, 1, 1, 0.5, 0.5, 2, 1])
-    heavy = mean(values, weight=weight)
-    assert heavy.value == pytest.approx((weight * values).mean())
-    assert heavy.effective_samples == pytest.approx(8.0**2 / (weight**2).sum())
-    groups = np.array([0, 1, 2, 3] * 2)
-    means = np.array([values[groups == g].mean() for g in range(4)])
-    by_group = mean(values, replicate=groups)
-    assert by_group.error == pytest.approx(means.std(ddof=1) / 2)
-    assert by_group.upper - by_group.value == pytest.approx(stats.t.ppf(0.95, 3) * means.std(ddof=1) / 2)
-    assert mean(values, replicate=groups % 3) == mean(values)  # too few groups
 
 
 def test_probabilities_where_all_samples_agree_or_are_one() -> None:

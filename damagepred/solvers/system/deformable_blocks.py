@@ -172,20 +172,6 @@ def block_moduli(model: Model) -> tuple[FloatArray, FloatArray]:
     return np.column_stack(elastic), np.column_stack(strength)
 
 
-def elastic_stress(elasticity: FloatArray, strain: FloatArray) -> FloatArray:
-    """Return s_xx, s_yy, s_xy, s_zz (z, 4) (Pa), tension positive, of elastic zones."""
-    c11, c12, c33, c13, czz = elasticity[:, :5].T
-    e_xx, e_yy, g_xy, e_zz = strain.T
-    return np.column_stack(
-        (
-            c11 * e_xx + c12 * e_yy + c13 * e_zz,
-            c12 * e_xx + c11 * e_yy + c13 * e_zz,
-            c33 * g_xy,
-            c13 * (e_xx + e_yy) + czz * e_zz,
-        )
-    )
-
-
 def block_resultants(model: Model, force: FloatArray) -> FloatArray:
     """Return the resultants (n, 3) (N, N m), moments about the centroids, of forces on gridpoints."""
     mesh = _mesh(model)

@@ -98,19 +98,11 @@ WITH_CURVE = (FITTED, EXTRAPOLATED)
 
 
 class Fit(NamedTuple):
-    """A lognormal curve.
-
-    Attributes
-    ----------
-    median, dispersion : float
-        Median, and standard deviation of the logarithm; NaN if not fitted.
-    status : str
-        ``"fitted"``, or why not.
-    """
+    """A lognormal curve."""
 
     median: float
-    dispersion: float
-    status: str
+    dispersion: float  # standard deviation of the logarithm; both are NaN if not fitted
+    status: str  # "fitted", or why not
 
     def probability(self, intensity: FloatArray) -> FloatArray:
         """Probability of having reached the category, NaN if not fitted."""
