@@ -89,10 +89,6 @@ class SolverError(DamagepredError):
         self.increment = increment
         self.block = block
 
-    def __reduce__(self) -> tuple[object, ...]:
-        """Survive the trip from a worker process."""
-        return (_rebuild_solver_error, (type(self), str(self), self.increment, self.block))
-
 
 class DivergenceError(SolverError):
     """The solution grew without bound or became NaN."""
@@ -104,10 +100,6 @@ class ConvergenceError(SolverError):
 
 class TimeLimitError(SolverError):
     """A path took longer than its time limit."""
-
-
-def _rebuild_solver_error(kind: type[SolverError], message: str, increment: int, block: int) -> SolverError:
-    return kind(message, increment=increment, block=block)
 
 
 def require_count(name: str, value: object, least: int = 1) -> None:

@@ -27,6 +27,8 @@ from damagepred.scene import Footing, Joint, Scene
 
 SHEAR_AREA = 5.0 / 6.0
 """Share of a rectangle's area that carries shear, kappa."""
+GUIDE_STIFFNESS_RATIO = 1e-6
+"""Shear stiffness over normal stiffness of supports that only guide a wall or footing."""
 UNLIMITED_STRENGTH = 1e13
 """Strength (Pa) above any stress, and small enough for the laws to calculate with."""
 
@@ -163,13 +165,13 @@ def soil_joint(scene: Scene) -> Joint:
     )
 
 
-def support_joint(scene: Scene, pulls: bool, guide_stiffness_ratio: float = 1e-6) -> Joint:
+def support_joint(scene: Scene, pulls: bool) -> Joint:
     """Supports, which guide the footing along the wall (small stiffness: no force acts there) and carry it."""
     stiffness = scene.rig.support_stiffness / (BEARING_WIDTH * scene.footing.width)
     strength = UNLIMITED_STRENGTH if pulls else 0.0
     return Joint(
         normal_stiffness=stiffness,
-        shear_stiffness=guide_stiffness_ratio * stiffness,
+        shear_stiffness=GUIDE_STIFFNESS_RATIO * stiffness,
         tensile_strength=strength,
         cohesion=strength,
         friction=0.0 if pulls else 1.0,

@@ -12,6 +12,7 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.assembly.assembly import Assembly
 from damagepred.assembly.bond import Brick, exposed_top
+from damagepred.assembly.footing_beam import GUIDE_STIFFNESS_RATIO
 from damagepred.assembly.model import Blocks, Jacks, LaboratoryTest, Model
 from damagepred.errors import InputError
 from damagepred.scene import Joint, Load, Loading, Scene, Support, Wall
@@ -61,12 +62,12 @@ def has_beam(scene: Scene) -> bool:
     return scene.loading is not None and scene.loading.beam != "none"
 
 
-def bearing_joint(scene: Scene, guide_stiffness_ratio: float = 1e-6) -> Joint:
+def bearing_joint(scene: Scene) -> Joint:
     """Law of supports: compression and friction; rollers have a small shear stiffness that guides the wall."""
     assert scene.loading is not None
     stiffness = scene.loading.bearing_stiffness or scene.joint.normal_stiffness
     friction = scene.loading.bearing_friction
-    ratio = scene.joint.shear_stiffness / scene.joint.normal_stiffness if friction else guide_stiffness_ratio
+    ratio = scene.joint.shear_stiffness / scene.joint.normal_stiffness if friction else GUIDE_STIFFNESS_RATIO
     return Joint(
         normal_stiffness=stiffness,
         shear_stiffness=ratio * stiffness,

@@ -12,6 +12,9 @@ from damagepred.assembly.model import BlockLaw, Blocks, Interfaces, JointPropert
 from damagepred.kernels.joint.softening import EXPONENTIAL_SHAPE
 from damagepred.scene import BlockMaterial, Joint
 
+SNAP_BACK_RATIO = 1.1
+"""Least slip at which a bond is lost over that at first slip, below which the joint is made brittle."""
+
 #: Values that vary from joint to joint: for a material's number, field name -> one value for each joint.
 Fields = Mapping[int, Mapping[str, FloatArray]]
 
@@ -124,9 +127,7 @@ def softened(properties: JointProperties, which: BoolArray, creep: float) -> Joi
     return properties._replace(**{name: share * getattr(properties, name) for name in names})
 
 
-def brittle_where_soft(
-    properties: JointProperties, joint: IntArray, snap_back_ratio: float = 1.1
-) -> tuple[JointProperties, int]:
+def brittle_where_soft(properties: JointProperties, joint: IntArray) -> tuple[JointProperties, int]:
     """Make joints brittle whose fracture energy is below their elastic energy at cracking; count them.
 
     Such tension would vanish at an opening w_c below the opening at cracking, f_t / k_n (snap-back). The same holds
@@ -137,7 +138,7 @@ def brittle_where_soft(
     opening = properties.critical_opening
     soft = opening > elastic
     slip = np.where(soft, properties.critical_slip, 0.0)
-    shear = snap_back_ratio * (properties.cohesion - properties.residual_cohesion) / properties.shear_stiffness
+    shear = SNAP_BACK_RATIO * (properties.cohesion - properties.residual_cohesion) / properties.shear_stiffness
     limited = ((opening > 0) & ~soft) | ((properties.critical_slip > 0) & (slip <= shear))
     brittle = properties._replace(
         critical_opening=np.where(soft, opening, 0.0),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -19,14 +18,10 @@ from damagepred.kernels.concrete_section.law import (
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
 
-
-@dataclass(frozen=True)
-class SectionOptions:
-    """Options of the law of cracked sections."""
-
-    # share of the strength of wires and of concrete in compression that the cracked state may use at first cracking
-    strength_share: float = 0.9
-    minimum_reinforcement: float = 1e-4  # least area of the top wires over the concrete's: without, no cracked state
+STRENGTH_SHARE = 0.9
+"""Share of the strength of wires and of concrete in compression that the cracked state may use at first cracking."""
+MINIMUM_REINFORCEMENT = 1e-4
+"""Least area of the top wires over the concrete's: without, no cracked state."""
 
 
 class Wires(NamedTuple):
@@ -64,10 +59,10 @@ class Sections(NamedTuple):
     # (s, 3): inverse of the stiffness with moment / depth and curvature x depth: f11, f12, f22 (1/N)
     flexibility: FloatArray
     # (s, 2, 2): cracking of top and bottom: r per N of axial force, and of moment / depth (1/N), by the tensile
-    # strength of concrete, and by ``strength_share`` of the strength of the wires
+    # strength of concrete, and by ``STRENGTH_SHARE`` of the strength of the wires
     pull: FloatArray
     wires_pull: FloatArray
-    crush: FloatArray  # (s, 2, 2): likewise its pressure over ``strength_share`` f'c (1/N)
+    crush: FloatArray  # (s, 2, 2): likewise its pressure over ``STRENGTH_SHARE`` f'c (1/N)
     # (s, 2, 2): mid-depth strain and curvature x depth of the cracked state at first cracking of top and
     # bottom, N = 0
     first_cracked: FloatArray
@@ -111,9 +106,7 @@ class SecondMoments(NamedTuple):
     hogging: float
 
 
-def concrete_sections(
-    interface: IntArray, length: ArrayLike, footing: Footing, options: SectionOptions = SectionOptions()
-) -> Sections:
+def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) -> Sections:
     """Sections of a reinforced-concrete footing; interface (s,), and length of beam per section (m).
 
     Raises InputError if there is no concrete, or a layer of wires is on the wrong side of mid-depth.
@@ -123,7 +116,7 @@ def concrete_sections(
     width, depth = footing.width, footing.depth
     modulus, steel = concrete.concrete_modulus, concrete.steel_modulus
     (bottom_area, low), (top_area, high) = _wires(footing, concrete)
-    top_area = max(top_area, options.minimum_reinforcement * width * depth)
+    top_area = max(top_area, MINIMUM_REINFORCEMENT * width * depth)
     gross = _second_moments(footing)
     more = steel - modulus if concrete.law == "cracked" else 0.0
     stiffness = np.array(
@@ -138,7 +131,7 @@ def concrete_sections(
     faces = np.array(((1.0, -0.5), (1.0, 0.5)))
     wires = (
         concrete.steel_strength
-        * options.strength_share
+        * STRENGTH_SHARE
         * np.array(_wire_strength(width, depth, steel / modulus, bottom_area, low, top_area, high))
     )
     pull = modulus / concrete.flexural_strength * faces @ flexibility
@@ -165,7 +158,7 @@ def concrete_sections(
         "flexibility": flexibility[np.triu_indices(2)],
         "pull": pull,
         "wires_pull": 1.0 / wires,
-        "crush": -modulus / (options.strength_share * concrete.compressive_strength) * faces @ flexibility,
+        "crush": -modulus / (STRENGTH_SHARE * concrete.compressive_strength) * faces @ flexibility,
         "first_cracked": np.array([first(0), first(1)]),
         "cracked_second_moment": (min(gross.hogging, gross.gross), min(gross.sagging, gross.gross)),
         "cracking_moment": concrete.flexural_strength * gross.gross / (depth / 2.0),
@@ -205,7 +198,7 @@ def _second_moments(footing: Footing) -> SecondMoments:
 def cracking_moment(footing: Footing, axial_force: float = 0.0, hogging: bool = False) -> float:
     """Cracking moment of a footing (Nm, positive), from below or, hogging, from above; axial force N (N) at mid-depth.
 
-    For law "cracked" with the steel, at most ``strength_share`` of the wires' moment; for "branson" of the concrete
+    For law "cracked" with the steel, at most ``STRENGTH_SHARE`` of the wires' moment; for "branson" of the concrete
     alone, whatever N. 0 if it cracks without a moment.
     """
     sections = concrete_sections(np.zeros(1, np.int64), 1.0, footing)

@@ -41,7 +41,6 @@ def run_until(
     workers: int = 1,
     executor: Executor | None = None,
     *,
-    on_look: Callable[[InterimAnalysis], None] | None = None,
     on_progress: Callable[[Progress], None] | None = None,
     **options: Any,
 ) -> Ending:
@@ -66,8 +65,6 @@ def run_until(
             estimate = rule.estimate(open_study(out), confidence)
             look = InterimAnalysis(summary.done, estimate, rule.met(estimate))
         seen.append(look)
-        if on_look:
-            on_look(seen[-1])
         reason = "enough" if seen[-1].enough else "time" if over else "samples" if count == sizes[-1] else ""
         if reason:
             _record(out, rule, seen, reason)

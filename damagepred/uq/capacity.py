@@ -27,6 +27,8 @@ from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
 from damagepred.uq.intensity import check_states, intensity_values
 
+WALLS_AT_ONCE = 50_000
+"""Walls read at a time: a million need no other arrays of their own size than the capacities."""
 ROUNDING = 1e-9
 """Movements that differ by this share of themselves are equal: increments are multiples that round."""
 
@@ -114,7 +116,7 @@ def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflecti
 
 @checked
 def read_capacities(
-    ds: xr.Dataset, categories: Sequence[int], intensity: str, *, walls_at_once: int = 50_000, between: bool = True
+    ds: xr.Dataset, categories: Sequence[int], intensity: str, *, between: bool = True
 ) -> StudyCapacities:
     """Capacity of each wall for several categories; the dataset may be on disk.
 
@@ -132,15 +134,15 @@ def read_capacities(
     alike, largest, done = True, 0.0, 0
     single = ds["damage_category"].ndim == 1
     by_sample = ds[[n for n in ds.variables if ds[n].dims[:1] == ("sample",)]]
-    for first in range(0, len(status), walls_at_once):
-        chosen = counts[first : first + walls_at_once]
+    for first in range(0, len(status), WALLS_AT_ONCE):
+        chosen = counts[first : first + WALLS_AT_ONCE]
         if not chosen.any():
             continue
-        some = by_sample.isel(sample=slice(first, first + walls_at_once))
+        some = by_sample.isel(sample=slice(first, first + WALLS_AT_ONCE))
         reached = np.asarray(some["damage_category"].values)[chosen]
         if not single and "crack_width_max" in some:
             # a path that ended at the last category of interest has no information on worse ones
-            stopped = (status[first : first + walls_at_once][chosen] == SampleStatus.COMPLETE)[:, None]
+            stopped = (status[first : first + WALLS_AT_ONCE][chosen] == SampleStatus.COMPLETE)[:, None]
             reached = np.where(stopped & np.isnan(some["crack_width_max"].values[chosen]), -1, reached)
         movement = intensity_values(some, intensity)[chosen]
         if single:

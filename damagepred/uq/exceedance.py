@@ -404,7 +404,6 @@ def median_movement(
     confidence: float = 0.9,
     intensity: str | None = None,
     seed: int = 0,
-    options: FragilityOptions = DEFAULT,
 ) -> Estimate:
     """Estimate the median movement at which a category is reached, from a lognormal curve.
 
@@ -418,30 +417,28 @@ def median_movement(
     walls = category_capacities(ds, category, intensity)
     # walls damaged before any movement are no part of the curve of the others
     walls = walls._replace(upper=np.where(walls.upper <= 0, np.inf, walls.upper))
-    median = _median_of(walls, category, confidence, seed, options)
+    median = _median_of(walls, category, confidence, seed)
     if not median.value > walls.followed * (1 + capacity.ROUNDING):
         return median
     return median._replace(value=walls.followed, error=np.nan, lower=min(median.lower, walls.followed), upper=np.inf)
 
 
-def _median_of(
-    walls: CategoryCapacities, category: int, confidence: float, seed: int, options: FragilityOptions
-) -> Estimate:
+def _median_of(walls: CategoryCapacities, category: int, confidence: float, seed: int) -> Estimate:
     """Median of the lognormal curve, wherever it lies."""
     count, heavy = len(walls.lower), walls.heavy
     kish = effective_samples(heavy)
-    fit = _median(walls, heavy, options)
+    fit = _median(walls, heavy)
     if not np.isfinite(fit):
         return Estimate(np.nan, np.nan, 0.0, np.inf, confidence, count, kish)
     if walls.replicate is not None:
         labels = np.unique(walls.replicate)
-        others = np.log([_median(walls, heavy * (walls.replicate != label), options) for label in labels])
+        others = np.log([_median(walls, heavy * (walls.replicate != label)) for label in labels])
         groups = len(labels)
         error = float(np.sqrt((groups - 1) / groups * ((others - others.mean()) ** 2).sum()))
         factor = student_factor(confidence, groups - 1)
     else:
         weight = normalised_weights(heavy, walls.upper)
-        (estimator,) = estimators(group_intervals(walls.lower[None], walls.upper[None], weight), options=options)
+        (estimator,) = estimators(group_intervals(walls.lower[None], walls.upper[None], weight))
         draws = draw_parameters(estimator, MEDIAN_RESAMPLES, generator(seed, Stream.BOOTSTRAP, category))
         logarithm = draws.parameters[:, 1] / draws.parameters[:, 0]
         if draws.resampled is None:
@@ -456,7 +453,7 @@ def _median_of(
     )
 
 
-def _median(walls: CategoryCapacities, heavy: FloatArray, options: FragilityOptions) -> float:
+def _median(walls: CategoryCapacities, heavy: FloatArray) -> float:
     used = heavy > 0
     counts = normalised_weights(heavy[used], walls.upper[used])
-    return fit_lognormal(walls.lower[used], walls.upper[used], counts, options=options).median
+    return fit_lognormal(walls.lower[used], walls.upper[used], counts).median

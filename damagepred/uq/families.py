@@ -12,6 +12,9 @@ from scipy import special
 from damagepred.errors import InputError, nearest
 from damagepred.uq.marginals import Table
 
+MOST_VALUES = 100_000
+"""Values of a discrete distribution."""
+
 Given = Mapping[str, float]
 
 
@@ -154,7 +157,7 @@ FORMS: dict[str, dict[tuple[str, ...], Form]] = {
 """Parameters of each family, and the function that makes its distribution of them."""
 
 
-def scipy_distribution(where: str, name: str, parameters: Given, given: Given, *, max_values: int = 100_000) -> Any:
+def scipy_distribution(where: str, name: str, parameters: Given, given: Given) -> Any:
     """Distribution of scipy.stats by its name."""
     stats = scipy.stats
     names = [n for n in dir(stats) if isinstance(getattr(stats, n), stats.rv_continuous | stats.rv_discrete)]
@@ -185,7 +188,7 @@ def scipy_distribution(where: str, name: str, parameters: Given, given: Given, *
         given_text = ", ".join(f"{k} = {v:g}" for k, v in parameters.items())
         raise InputError(f"{where} parameters: scipy.stats.{name} has no distribution with {given_text or 'none'}.")
     if discrete:
-        return _tabulated(where, name, frozen, max_values)
+        return _tabulated(where, name, frozen)
     if given:
         mean, std = float(frozen.mean()), float(frozen.std())
         if not (np.isfinite(mean) and np.isfinite(std) and std > 0):
@@ -195,10 +198,10 @@ def scipy_distribution(where: str, name: str, parameters: Given, given: Given, *
     return frozen
 
 
-def _tabulated(where: str, name: str, frozen: Any, max_values: int) -> Table:
+def _tabulated(where: str, name: str, frozen: Any) -> Table:
     low, high = float(frozen.ppf(1e-16)), float(frozen.isf(1e-16))
-    if not high - low < max_values:
-        raise InputError(f"{where}: scipy.stats.{name} takes more than {max_values} values here.")
+    if not high - low < MOST_VALUES:
+        raise InputError(f"{where}: scipy.stats.{name} takes more than {MOST_VALUES} values here.")
     values = np.arange(low, high + 1.0)
     weights = frozen.pmf(values)
     return Table(values[weights > 0], weights[weights > 0])
