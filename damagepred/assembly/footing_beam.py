@@ -27,7 +27,7 @@ from damagepred.scene import Footing, Joint, Scene
 
 SHEAR_AREA = 5.0 / 6.0
 """Share of a rectangle's area that carries shear, kappa."""
-GUIDE_STIFFNESS_RATIO = 1e-6
+GUIDING_STIFFNESS = 1e-6
 """Shear stiffness over normal stiffness of supports that only guide a wall or footing."""
 UNLIMITED_STRENGTH = 1e13
 """Strength (Pa) above any stress, and small enough for the laws to calculate with."""
@@ -171,7 +171,7 @@ def support_joint(scene: Scene, pulls: bool) -> Joint:
     strength = UNLIMITED_STRENGTH if pulls else 0.0
     return Joint(
         normal_stiffness=stiffness,
-        shear_stiffness=GUIDE_STIFFNESS_RATIO * stiffness,
+        shear_stiffness=GUIDING_STIFFNESS * stiffness,
         tensile_strength=strength,
         cohesion=strength,
         friction=0.0 if pulls else 1.0,

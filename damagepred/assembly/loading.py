@@ -12,7 +12,7 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.assembly.assembly import Assembly
 from damagepred.assembly.bond import Brick, exposed_top
-from damagepred.assembly.footing_beam import GUIDE_STIFFNESS_RATIO
+from damagepred.assembly.footing_beam import GUIDING_STIFFNESS
 from damagepred.assembly.model import Blocks, Jacks, LaboratoryTest, Model
 from damagepred.errors import InputError
 from damagepred.scene import Joint, Load, Loading, Scene, Support, Wall
@@ -67,7 +67,7 @@ def bearing_joint(scene: Scene) -> Joint:
     assert scene.loading is not None
     stiffness = scene.loading.bearing_stiffness or scene.joint.normal_stiffness
     friction = scene.loading.bearing_friction
-    ratio = scene.joint.shear_stiffness / scene.joint.normal_stiffness if friction else GUIDE_STIFFNESS_RATIO
+    ratio = scene.joint.shear_stiffness / scene.joint.normal_stiffness if friction else GUIDING_STIFFNESS
     return Joint(
         normal_stiffness=stiffness,
         shear_stiffness=ratio * stiffness,

@@ -12,7 +12,7 @@ from damagepred.assembly.model import BlockLaw, Blocks, Interfaces, JointPropert
 from damagepred.kernels.joint.softening import EXPONENTIAL_SHAPE
 from damagepred.scene import BlockMaterial, Joint
 
-SNAP_BACK_RATIO = 1.1
+BRITTLE_SLIP = 1.1
 """Least slip at which a bond is lost over that at first slip, below which the joint is made brittle."""
 
 #: Values that vary from joint to joint: for a material's number, field name -> one value for each joint.
@@ -138,7 +138,7 @@ def brittle_where_soft(properties: JointProperties, joint: IntArray) -> tuple[Jo
     opening = properties.critical_opening
     soft = opening > elastic
     slip = np.where(soft, properties.critical_slip, 0.0)
-    shear = SNAP_BACK_RATIO * (properties.cohesion - properties.residual_cohesion) / properties.shear_stiffness
+    shear = BRITTLE_SLIP * (properties.cohesion - properties.residual_cohesion) / properties.shear_stiffness
     limited = ((opening > 0) & ~soft) | ((properties.critical_slip > 0) & (slip <= shear))
     brittle = properties._replace(
         critical_opening=np.where(soft, opening, 0.0),

@@ -18,7 +18,7 @@ from damagepred.kernels.concrete_section.law import (
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
 
-STRENGTH_SHARE = 0.9
+USABLE_STRENGTH = 0.9
 """Share of the strength of wires and of concrete in compression that the cracked state may use at first cracking."""
 MINIMUM_REINFORCEMENT = 1e-4
 """Least area of the top wires over the concrete's: without, no cracked state."""
@@ -59,10 +59,10 @@ class Sections(NamedTuple):
     # (s, 3): inverse of the stiffness with moment / depth and curvature x depth: f11, f12, f22 (1/N)
     flexibility: FloatArray
     # (s, 2, 2): cracking of top and bottom: r per N of axial force, and of moment / depth (1/N), by the tensile
-    # strength of concrete, and by ``STRENGTH_SHARE`` of the strength of the wires
+    # strength of concrete, and by ``USABLE_STRENGTH`` of the strength of the wires
     pull: FloatArray
     wires_pull: FloatArray
-    crush: FloatArray  # (s, 2, 2): likewise its pressure over ``STRENGTH_SHARE`` f'c (1/N)
+    crush: FloatArray  # (s, 2, 2): likewise its pressure over ``USABLE_STRENGTH`` f'c (1/N)
     # (s, 2, 2): mid-depth strain and curvature x depth of the cracked state at first cracking of top and
     # bottom, N = 0
     first_cracked: FloatArray
@@ -131,7 +131,7 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
     faces = np.array(((1.0, -0.5), (1.0, 0.5)))
     wires = (
         concrete.steel_strength
-        * STRENGTH_SHARE
+        * USABLE_STRENGTH
         * np.array(_wire_strength(width, depth, steel / modulus, bottom_area, low, top_area, high))
     )
     pull = modulus / concrete.flexural_strength * faces @ flexibility
@@ -158,7 +158,7 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
         "flexibility": flexibility[np.triu_indices(2)],
         "pull": pull,
         "wires_pull": 1.0 / wires,
-        "crush": -modulus / (STRENGTH_SHARE * concrete.compressive_strength) * faces @ flexibility,
+        "crush": -modulus / (USABLE_STRENGTH * concrete.compressive_strength) * faces @ flexibility,
         "first_cracked": np.array([first(0), first(1)]),
         "cracked_second_moment": (min(gross.hogging, gross.gross), min(gross.sagging, gross.gross)),
         "cracking_moment": concrete.flexural_strength * gross.gross / (depth / 2.0),
@@ -198,7 +198,7 @@ def _second_moments(footing: Footing) -> SecondMoments:
 def cracking_moment(footing: Footing, axial_force: float = 0.0, hogging: bool = False) -> float:
     """Cracking moment of a footing (Nm, positive), from below or, hogging, from above; axial force N (N) at mid-depth.
 
-    For law "cracked" with the steel, at most ``STRENGTH_SHARE`` of the wires' moment; for "branson" of the concrete
+    For law "cracked" with the steel, at most ``USABLE_STRENGTH`` of the wires' moment; for "branson" of the concrete
     alone, whatever N. 0 if it cracks without a moment.
     """
     sections = concrete_sections(np.zeros(1, np.int64), 1.0, footing)
