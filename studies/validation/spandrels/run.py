@@ -28,7 +28,7 @@ from damagepred.campaign.settings import StudySettings  # noqa: E402
 PANEL = HERE / "panel.toml"
 VARIANT_WALLS = 8
 """Walls of each variant, at most."""
-BASE_POINTS = 16
+BASE_POINTS = 32
 """Base points of the crossed walls."""
 
 
