@@ -103,7 +103,8 @@ def number_joints(edges: SharedEdges, kind: Int8Array, blocks: Blocks) -> tuple[
     upright = (ContactKind.HEAD_JOINT, ContactKind.CONTROL_JOINT, ContactKind.BRICK_JOINT)
     is_bed = ~np.isin(kind, upright) & (course >= 0)
     count = len(blocks.x) + 1
-    key = np.where(is_bed, whole_bricks(edges.a, edges.b, kind, count)[edges.b], count * (1 + edges.a) + edges.b)
+    brick = whole_bricks(edges.a, edges.b, kind, count)
+    key = np.where(is_bed, brick[edges.b], count * (1 + brick[edges.a]) + brick[edges.b])
     _, first, joint = np.unique(key, return_index=True, return_inverse=True)
     # number joints in the order of the interfaces, cracks of bricks last: joints have the numbers of whole bricks
     rank = np.argsort(np.lexsort((first, kind[first] == ContactKind.BRICK_JOINT)))

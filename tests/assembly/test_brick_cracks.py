@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -126,13 +127,16 @@ def geometry(scene: Scene) -> Geometry:
     return assembly.wall_geometry(scene)
 
 
-def test_joints_have_the_numbers_of_whole_bricks() -> None:
-    """So the same sample has the same strengths, whether its bricks break or not."""
-    whole, halves = geometry(replace(PANEL, block=BlockMaterial())), geometry(PANEL)
+@pytest.mark.parametrize("beam", ["none", "free"])
+def test_joints_have_the_numbers_of_whole_bricks(beam: Literal["none", "free"]) -> None:
+    """So the same sample has the same strengths, whether its bricks break or not; also below a loading beam."""
+    assert PANEL.loading is not None
+    panel = replace(PANEL, loading=replace(PANEL.loading, beam=beam))
+    whole, halves = geometry(replace(panel, block=BlockMaterial())), geometry(panel)
     for first, second in zip(whole.mortar, halves.mortar):
         np.testing.assert_allclose(first, second, atol=1e-12)
     values = np.linspace(1e5, 3e5, len(whole.mortar.kind))
-    laws = [assembly.wall_model(s, {"joint.tensile_strength": values}) for s in (PANEL,)]
+    laws = [assembly.wall_model(s, {"joint.tensile_strength": values}) for s in (panel,)]
     beds = laws[0].interfaces.kind == ContactKind.BED_JOINT
     assert set(laws[0].properties.tensile_strength[beds]) <= set(values)
 
