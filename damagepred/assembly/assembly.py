@@ -163,7 +163,8 @@ class Assembly:
             Largest edge of the cells, of four zones each (m): makes the block deformable, whatever the solver's
             settings. 0 keeps it rigid.
         elastic : bool, optional
-            Whether the block, a rectangle, stretches and bends, whatever the solver's settings.
+            Whether the block, a rectangle, stretches and bends, whatever the solver's settings: by default it does,
+            unless it is supported or moved, or other blocks have zones.
         thickness : float, optional
             Out-of-plane thickness (m); by default the thickness of the assembly.
 
@@ -559,7 +560,8 @@ class Assembly:
     def _are_elastic(self, settings: Solver, mesh: Mesh | None) -> list[bool]:
         """Whether each block shall stretch and bend; supported and moved blocks are rigid."""
         held = {dof // 3 for dof in self._prescribed}
-        default = settings.blocks == "elastic"
+        stated = getattr(settings, "stated", {})  # by default no block is elastic where others have zones
+        default = settings.blocks == "elastic" and (mesh is None or not {"blocks", "accuracy"}.isdisjoint(stated))
         chosen = [
             (default if given is None else given) and block not in held for block, given in enumerate(self._elastic)
         ]

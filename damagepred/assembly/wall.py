@@ -248,7 +248,7 @@ def _own_bed(scene: Scene) -> bool:
 
 def _meshing(solver: Solver) -> Solver:
     """Settings that shape the geometry, all others at their defaults: samples that differ in others share it."""
-    defaults = Solver()
+    defaults = Solver(blocks="rigid")
     given = (solver.blocks, solver.above_dpc, solver.below_dpc, solver.footing)
     zoned = not {"deformable", "elastic"}.isdisjoint(given)
     names = ("quadrature", "contacts_per_interface", "no_tension_subdivisions") + (ZONING if zoned else ())

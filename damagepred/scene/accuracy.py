@@ -16,8 +16,8 @@ from damagepred.inputs.data_files import data_file
 Accuracy = Literal["draft", "standard", "fine", "reference"]
 """Names of the presets."""
 
-STANDARD: dict[str, Any] = {
-    "blocks": "rigid",
+DEFAULTS: dict[str, Any] = {
+    "blocks": "elastic",
     "zone_size": None,
     "quadrature": "lobatto",
     "contacts_per_interface": 3,
@@ -26,33 +26,41 @@ STANDARD: dict[str, Any] = {
 }
 """Defaults of all keys of presets."""
 
+_DRAFT = {"blocks": "rigid", "quadrature": "midpoint", "contacts_per_interface": 2}
 PRESETS: dict[str, dict[str, dict[str, Any]]] = {
     "draft": {
-        "quasi_static": {"quadrature": "midpoint", "contacts_per_interface": 2},
-        "explicit": {"quadrature": "midpoint", "contacts_per_interface": 2, "tolerance": 1e-2, "ramp_cycles": 1000},
+        "quasi_static": _DRAFT,
+        "explicit": {**_DRAFT, "tolerance": 1e-2, "ramp_cycles": 1000},
     },
-    "standard": {"quasi_static": {}, "explicit": {}},
-    "fine": {"quasi_static": {"blocks": "elastic"}, "explicit": {"blocks": "elastic"}},
+    "standard": {"quasi_static": {"blocks": "rigid"}, "explicit": {"blocks": "rigid"}},
+    "fine": {"quasi_static": {}, "explicit": {}},
     "reference": {
         "quasi_static": {"blocks": "deformable", "zone_size": 0.04, "contacts_per_interface": 5},
         "explicit": {"blocks": "deformable", "zone_size": 0.04, "tolerance": 1e-4},
     },
 }
-"""Keys of each preset by method, in addition to ``STANDARD``."""
+"""Keys of each preset by method, in addition to ``DEFAULTS``."""
 
 
 def preset(accuracy: str, method: str) -> dict[str, Any]:
     """Keys of ``[solver]`` in a preset, with their values."""
-    return {**STANDARD, **PRESETS[accuracy][method]}
+    return {**DEFAULTS, **PRESETS[accuracy][method]}
+
+
+def _default(given: Mapping[str, Any]) -> Accuracy:
+    """Accuracy of a table without one: ``standard`` where other keys need rigid bricks, such as zones in a part."""
+    parts = (given.get(key) for key in ("above_dpc", "below_dpc", "footing"))
+    rigid = "deformable" in parts or given.get("lump_block_elasticity") is False
+    return "standard" if given.get("blocks", "rigid" if rigid else "elastic") != "elastic" else "fine"
 
 
 def filled_in(given: Mapping[str, Any]) -> dict[str, Any]:
     """Table ``[solver]`` as the user wrote it, unchecked, completed by its preset; given values stay."""
-    accuracy, method = given.get("accuracy", "standard"), given.get("method", "quasi_static")
+    accuracy, method = given.get("accuracy", _default(given)), given.get("method", "quasi_static")
     if not (isinstance(accuracy, str) and isinstance(method, str)):
         return dict(given)
     more = PRESETS.get(accuracy, {}).get(method, {})
-    return {**given, **{key: value for key, value in more.items() if given.get(key) is None}}
+    return {**given, "accuracy": accuracy, **{key: v for key, v in more.items() if given.get(key) is None}}
 
 
 class Measured(NamedTuple):

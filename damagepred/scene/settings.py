@@ -46,8 +46,9 @@ class Solver:
         ``quasi_static``: the equilibrium path itself, bond by bond, without time, damping or loading rate.
         ``explicit``: Cundall's scheme, time stepping with damping until forces balance.
     accuracy : {"draft", "standard", "fine", "reference"}
-        Preset of the keys below; a key given here takes precedence. ``standard`` are their defaults. ``damagepred
-        check --full`` shows the keys of each preset and its measured errors; see ``damagepred.scene.accuracy``.
+        Preset of the keys below; a key given here takes precedence. ``fine`` are their defaults, ``standard`` has
+        rigid bricks. ``damagepred check --full`` shows the keys of each preset and its measured errors. Without this
+        key and ``blocks``, a file with zones in a part or without ``lump_block_elasticity`` has ``standard``.
     blocks : {"rigid", "elastic", "deformable"}
         ``rigid``: their elasticity is lumped in series with the joints. ``elastic``: rectangles also stretch along
         their bed and bend; other polygons, supported and moved blocks and the footing stay rigid. ``deformable``: cut
@@ -138,13 +139,13 @@ class Solver:
     >>> from damagepred import Solver
     >>> Solver(method="explicit").method
     'explicit'
-    >>> Solver(blocks="elastic").blocks
-    'elastic'
+    >>> Solver().blocks, Solver(accuracy="standard").blocks
+    ('elastic', 'rigid')
     """
 
     method: Literal["quasi_static", "explicit"] = "quasi_static"
-    accuracy: Accuracy = "standard"
-    blocks: Literal["rigid", "elastic", "deformable"] = "rigid"
+    accuracy: Accuracy = "fine"
+    blocks: Literal["rigid", "elastic", "deformable"] = "elastic"
     above_dpc: Literal["rigid", "elastic", "deformable"] | None = None
     below_dpc: Literal["rigid", "elastic", "deformable"] | None = None
     zone_size: Length | None = Field(default=None, gt=0)

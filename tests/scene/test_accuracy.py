@@ -23,7 +23,7 @@ def test_written_and_read_again_it_is_the_same(keys: dict):
 
 def test_another_preset_in_place_of_one():
     fine = Solver(accuracy="reference")
-    assert fine.with_accuracy("standard") == Solver()
+    assert fine.with_accuracy("fine") == Solver()
     assert fine.with_accuracy("draft") == Solver(accuracy="draft")
     assert replace(fine, tolerance=1e-3).with_accuracy("reference") == fine
 
