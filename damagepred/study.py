@@ -9,8 +9,9 @@ from typing import Any
 from damagepred.analyses.function import USUAL, Kept, StudyFunction, as_function
 from damagepred.analyses.limit_state import Question
 from damagepred.analyses.rare_event import RareEvent, rare_event
-from damagepred.archive.folder import open_study
+from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.campaign.campaign import Campaign, Progress, RunSummary
+from damagepred.campaign.settings import resumed
 from damagepred.inputs.arguments import checked
 
 __all__ = ["Progress", "RunSummary", "Study", "StudyFunction", "as_function", "open_study"]
@@ -61,3 +62,8 @@ class Study(Campaign):
             ``damagepred.analyses.rare_event.rare_event``.
         """
         return rare_event(self.settings, Question(category, at, reach), out, **options)
+
+    def _resuming(self, folder: StudyFolder) -> Campaign:
+        """Study that a folder continues; alternatives of a search and houses of a portfolio do not mix bricks."""
+        folder.require()
+        return Campaign(resumed(self.settings, folder.study_text()), self.limits)

@@ -21,10 +21,11 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import program, provenance
 from damagepred.archive.schema import SCHEMA_VERSION
 from damagepred.assembly import Limits
+from damagepred.campaign.campaign import study_differences
 from damagepred.campaign.cost_estimate import require_affordable
 from damagepred.campaign.dispatch import sample_timeout
 from damagepred.campaign.sample import joint_places
-from damagepred.campaign.settings import StudySettings, read_frozen
+from damagepred.campaign.settings import StudySettings, read_frozen, resumed
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError, require_count
 from damagepred.inputs.arguments import checked
 from damagepred.uq.subset import Level, SubsetEstimate, check_sizes, subset_simulation
@@ -71,11 +72,12 @@ def rare_event(
     check_sizes(samples, level_share)  # before the folder is made
     require_count("workers", workers)
     timeout = sample_timeout(timeout, limits, executor)
+    if (folder := StudyFolder(out)).exists:
+        settings = resumed(settings, folder.study_text())
     study = study_for_limit_state(settings, question)
     require_affordable(study, limits)
     if study.shape_varies and study.design().joint:
         raise InputError("rare: walls of varying shape have varying numbers of joints; leave out their fields.")
-    folder = StudyFolder(out)
     check_output(folder.path)
     lock = folder.lock()
     try:
@@ -149,7 +151,7 @@ def _prepare(
         return (now,)
     before = {"runs": 1} | before  # older versions had a single run
     differing = [f"{k} (was {before.get(k)}, is {value})" for k, value in content.items() if before.get(k) != value]
-    if read_frozen(folder.study_text()).to_dict() != read_frozen(text).to_dict():
+    if study_differences(read_frozen(folder.study_text()), read_frozen(text)):
         differing.append("the study")
     if differing:
         raise StudyError(

@@ -12,7 +12,7 @@ import xarray as xr
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import ContactKind, ContactState, SampleStatus, ZoneState, flag_meanings
 
-SCHEMA_VERSION = 8
+SCHEMA_VERSION = 9
 """Increases when names, meanings or files change; ``damagepred.archive.versions`` reads all versions."""
 
 

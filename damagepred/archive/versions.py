@@ -7,6 +7,7 @@ Version 5: ``newton_iterations`` of the quasi-static solver and ``cycles`` of th
 Version 6: no dimension of length 0; flags have a ``valid_range`` and no ``_FillValue``; studies have the coordinates
 ``increment`` and ``movement``. Version 7: ``crack_width_worst``, which was ``worst_crack_width`` before.
 Version 8: keys count from 1 instead of 0. A scene specifies the ground below its soil log, which did not move before.
+Version 9: bricks are elastic by default; they were rigid before.
 """
 
 from __future__ import annotations
@@ -76,34 +77,47 @@ def from_0(key: str) -> str:
     return _NUMBER.sub(lambda match: f".{int(match[1]) - 1}", key)
 
 
-def inert_below_log(scene: Mapping[str, Any]) -> dict[str, Any]:
-    """Tables of an older scene, whose soil is inert below its log."""
-    suction = {"suction": {"below_log": "inert", **scene.get("suction", {})}} if "soil_layer" in scene else {}
-    return {**scene, **suction}
+def with_defaults_of(version: int, scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables of a scene of an older version: its soil was inert below its log, its bricks were rigid by default."""
+    older = dict(scene)
+    if version < COUNTS_FROM_1 and "soil_layer" in scene:
+        older["suction"] = {"below_log": "inert", **scene.get("suction", {})}
+    if version < ELASTIC_BRICKS:
+        older["solver"] = {"accuracy": "standard", **scene.get("solver", {})}
+    return older
+
+
+def _with_older_defaults(version: int, ds: xr.Dataset) -> xr.Dataset:
+    """Dataset whose scene states the defaults of its version that have changed."""
+    scene = tomllib.loads(str(ds.attrs.get("scene", "")))
+    if not scene or (older := with_defaults_of(version, scene)) == scene:
+        return ds
+    import tomli_w
+
+    return ds.assign_attrs(scene=tomli_w.dumps(older))
 
 
 def _counted_from_1(ds: xr.Dataset) -> xr.Dataset:
-    """Dataset whose keys count from 1, and whose soil is inert below its log."""
+    """Dataset whose keys count from 1."""
     ds = ds.rename({name: from_1(str(name)) for name in ds.variables if "." in str(name)})
     if "variable" in ds.coords and ds["variable"].dtype.kind in "OUT":
         ds = ds.assign_coords(variable=[from_1(str(key)) for key in ds["variable"].values])
     attrs = {GIVEN: " ".join(map(from_1, str(ds.attrs[GIVEN]).split()))} if GIVEN in ds.attrs else {}
-    if "[[soil_layer]]" in (text := str(ds.attrs.get("scene", ""))):
-        import tomli_w
-
-        attrs["scene"] = tomli_w.dumps(inert_below_log(tomllib.loads(text)))
     return ds.assign_attrs(attrs)
 
 
 COUNTS_FROM_1 = 8
 """First version whose keys count from 1."""
+ELASTIC_BRICKS = 9
+"""First version with elastic bricks by default."""
 
 MIGRATIONS: dict[int, Migration] = {
     **dict.fromkeys((1, 2, 3), lambda ds: ds),
     4: _split_cycles,
     5: _without_empty_dimensions,
     6: _worst_width_named_as_others,
-    7: _counted_from_1,
+    7: lambda ds: _with_older_defaults(7, _counted_from_1(ds)),
+    8: lambda ds: _with_older_defaults(8, ds),
 }
 """Migration from each version to the next."""
 

@@ -105,6 +105,7 @@ def study_differences(frozen: StudySettings, settings: StudySettings) -> list[st
     """Keys in which two studies differ, without keys that leave the walls unchanged, such as their number."""
     was, now = frozen.to_dict(), settings.to_dict()
     for content in (was, now):
+        content["scene"]["solver"].pop("accuracy")  # its keys count
         for key in ("samples", "stop_when", "time_budget", "epistemic", "table"):
             content["study"].pop(key, None)
     return differing_keys(was, now)
@@ -242,7 +243,8 @@ class Campaign:
             requested = self.settings.study.samples if samples is None else int(samples)
             if engine is None and not folder.exists:  # workers load the program while the design is drawn
                 engine = LocalPool(where, min(workers, requested), timeout, preload=True)
-            drawn, status = self._prepare(
+            study = self._resuming(folder) if folder.exists else self
+            drawn, status = study._prepare(
                 folder,
                 requested,
                 UNSOLVED if retry_failed else (SampleStatus.MISSING,),
@@ -263,7 +265,7 @@ class Campaign:
             with _interruptible() as stop:
                 if remaining:
                     engine = engine or LocalPool(where, min(workers, len(remaining)), timeout)
-                    state = self._run(folder, tasks, len(remaining), engine, timeout, stop, state, on_progress)
+                    state = study._run(folder, tasks, len(remaining), engine, timeout, stop, state, on_progress)
             folder.consolidate()
             if executor is None or not stop.count:  # remote workers may not have seen the request to stop
                 folder.tidy()
@@ -322,6 +324,10 @@ class Campaign:
             else:
                 engine.kill()
         return state
+
+    def _resuming(self, folder: StudyFolder) -> Campaign:
+        """Study that a folder continues."""
+        return self
 
     # -- folder ---------------------------------------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from damagepred.archive.schema import SCHEMA_VERSION
-from damagepred.archive.versions import COUNTS_FROM_1, from_0, from_1, inert_below_log
+from damagepred.archive.versions import COUNTS_FROM_1, ELASTIC_BRICKS, from_0, from_1, with_defaults_of
 from damagepred.arrays import FloatArray
 from damagepred.damage import STATE_TAKES, DamageTable, Rules
 from damagepred.errors import InputError, nearest
@@ -554,24 +554,41 @@ def read_frozen(text: str) -> StudySettings:
     pairs = {frozenset((a, b)): (a, b, r) for a, row in tables.get("correlation", {}).items() for b, r in row.items()}
     if pairs:
         tables["correlation"] = {a: {d: r for c, d, r in pairs.values() if c == a} for a, *_ in pairs.values()}
-    if tables.get(VERSION, 0) < COUNTS_FROM_1:
-        tables = _of_older(tables)
+    if (version := tables.get(VERSION, 0)) < ELASTIC_BRICKS:
+        tables = _of_older(tables, version)
     return StudySettings.of_tables(tables, Path(), "study.toml")
 
 
-def _of_older(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Tables of a frozen study whose keys count from 0 and whose soil is inert below its log."""
+def resumed(settings: StudySettings, text: str) -> StudySettings:
+    """Settings for a folder with a frozen study: one with the former default, rigid bricks, retains it."""
+    tables, scene = parse_toml(text, "study.toml"), settings.scene
+    unstated = scene.given is not None and scene.given.isdisjoint(("solver.blocks", "solver.accuracy"))
+    former = tables.get(VERSION, 0) < ELASTIC_BRICKS and tables["scene"].get("solver", {}).get("blocks") == "rigid"
+    if not (unstated and former) or scene.solver.blocks == "rigid":
+        return settings
+    warnings.warn(
+        "the bricks of this folder are rigid, the default of the version that made it, and stay so; to have elastic "
+        "bricks, the present default, take another folder; to state rigid ones, write solver.blocks = 'rigid'",
+        stacklevel=3,
+    )
+    scene = copy(scene)
+    object.__setattr__(scene, "solver", dataclasses.replace(scene.solver, accuracy="standard", blocks="rigid"))
+    return dataclasses.replace(settings, scene=scene)
+
+
+def _of_older(tables: Mapping[str, Any], version: int) -> dict[str, Any]:
+    """Tables of a frozen study of an older version, whose keys may count from 0."""
 
     def counted(values: Mapping[str, Any]) -> dict[str, Any]:
-        return {from_1(key): value for key, value in values.items()}
+        return {from_1(key) if version < COUNTS_FROM_1 else key: value for key, value in values.items()}
 
     how = dict(tables["study"])
     migrated = {**tables, "study": how, "variables": counted(tables.get("variables", {}))}
     migrated["correlation"] = counted({a: counted(row) for a, row in tables.get("correlation", {}).items()})
     how["importance"] = counted(how.get("importance", {}))
     how["epistemic"] = {name: counted(other) for name, other in how.get("epistemic", {}).items()}
-    how["table_columns"] = [from_1(column) for column in how.get("table_columns", ())]
+    how["table_columns"] = list(counted(dict.fromkeys(how.get("table_columns", ()))))
     for holder, key in ((migrated, "scene"), (how, "fields_from")):
         if key in holder:
-            holder[key] = inert_below_log(holder[key])
+            holder[key] = with_defaults_of(version, holder[key])
     return migrated

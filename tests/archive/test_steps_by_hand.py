@@ -15,7 +15,7 @@ from damagepred.archive.checks import check_attributes, check_values
 from damagepred.archive.digest import NO_STUDY, read_signed_json, sign, signature, signed, signed_json, verified
 from damagepred.archive.parts import _storable
 from damagepred.archive.provenance import differences, from_table, given_values, mixture, program, programs
-from damagepred.archive.schema import category_label, flag_name, is_dynamic, with_shared_movement
+from damagepred.archive.schema import SCHEMA_VERSION, category_label, flag_name, is_dynamic, with_shared_movement
 from damagepred.archive.versions import brought_up_to_date, from_0, from_1
 from damagepred.errors import DamagedError, InputError, NewerError
 
@@ -32,18 +32,19 @@ def test_keys_of_version_7_count_from_1_today() -> None:
     now = brought_up_to_date(7, "old.nc", old)
     assert set(now.data_vars) == {"opening.1.width", "joint.friction", "x"}
     assert now["variable"].values.tolist() == ["opening.1.x", "soil_layer.13.thickness"]
-    assert (now.attrs["scene_given"], now.attrs["schema_version"]) == ("opening.1.width wall.length", 8)
+    assert (now.attrs["scene_given"], now.attrs["schema_version"]) == ("opening.1.width wall.length", SCHEMA_VERSION)
     assert 'below_log = "inert"' in now.attrs["scene"]
     assert "change = 1.2" in now.attrs["scene"]
     plain = brought_up_to_date(7, "old.nc", xr.Dataset(coords={"variable": [1, 2]}, attrs={"scene": "[suction]\n"}))
-    assert (plain["variable"].values.tolist(), plain.attrs["scene"]) == ([1, 2], "[suction]\n")
+    assert plain["variable"].values.tolist() == [1, 2]
+    assert plain.attrs["scene"] == '[suction]\n\n[solver]\naccuracy = "standard"\n'
     stated = brought_up_to_date(7, "a", old.assign_attrs(scene=scene + 'below_log = "extend"\n'))
     assert 'below_log = "extend"' in stated.attrs["scene"]
     assert [from_0(from_1(key)) for key in ("a.0.b", "a.9", "joint.1x", "a")] == ["a.0.b", "a.9", "joint.1x", "a"]
     with pytest.raises(InputError, match="schema version 0; it is not one of damagepred"):
         brought_up_to_date(0, "a.nc")
-    with pytest.raises(NewerError, match="reads up to 8"):
-        brought_up_to_date(9, "a.nc")
+    with pytest.raises(NewerError, match=f"reads up to {SCHEMA_VERSION}"):
+        brought_up_to_date(SCHEMA_VERSION + 1, "a.nc")
 
 
 def test_flags_and_movement_of_version_5() -> None:

@@ -2,6 +2,8 @@
 
 import json
 import shutil
+import tomllib
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -12,12 +14,18 @@ import xarray as xr
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.archive.schema import SCHEMA_VERSION
 from damagepred.archive.versions import MIGRATIONS, brought_up_to_date
+from damagepred.campaign.campaign import Campaign
+from damagepred.campaign.replay import replay
+from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.status import study_status
 from damagepred.errors import InputError, StudyError
+from damagepred.scene import Scene
 from damagepred.study import Study
 
 OLD = Path(__file__).parent / "version_1"
 """Written by version 1: two solved samples, and one that took too long."""
+RIGID = Path(__file__).parent / "version_8"
+"""Written by version 8 from ``version_8.toml``, which states no bricks: two walls of rigid bricks."""
 
 
 @pytest.fixture
@@ -106,3 +114,73 @@ def test_a_study_of_another_age_is_refused_before_anything_is_written(old: Path,
         with pytest.raises(InputError, match=words):
             attempt()
     assert {p: p.read_bytes() for p in before} == before
+
+
+def _unfinished(folder: Path) -> Path:
+    """Copy of the folder of version 8, without its second wall."""
+    copy = Path(shutil.copytree(RIGID, folder / "rigid.dp"))
+    (copy / "parts" / "sample-00000001.nc").unlink()
+    return copy
+
+
+def test_a_file_without_bricks_resumes_a_folder_of_rigid_bricks_with_rigid_bricks(tmp_path: Path) -> None:
+    file, folder = RIGID.with_suffix(".toml"), _unfinished(tmp_path)
+    study, width = Study.from_toml(file), open_study(RIGID)["crack_width_max"].values
+    with ThreadPoolExecutor(1) as executor:
+        with pytest.warns(UserWarning, match=r"bricks of this folder are rigid, the default of the version that made"):
+            study.run(folder, executor=executor, mix_versions=True)
+        study.run(tmp_path / "new.dp", samples=1, executor=executor)  # the same object: today's default
+    ds, new = open_study(folder), open_study(tmp_path / "new.dp")
+    np.testing.assert_allclose(ds["crack_width_max"].values, width, rtol=1e-4, atol=1e-12)
+    assert new["crack_width_max"].values.max() > 1.1 * width[0].max()
+    assert [tomllib.loads(d.attrs["scene"])["solver"]["blocks"] for d in (ds, new)] == ["rigid", "elastic"]
+    assert (folder / "study.toml").read_bytes() == (RIGID / "study.toml").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("solver", "refused"),
+    [
+        ('blocks = "rigid"', False),
+        ('accuracy = "standard"', False),
+        ('blocks = "elastic"', True),
+        ('accuracy = "fine"', True),
+    ],
+)
+def test_a_file_that_states_its_bricks_resumes_a_folder_of_the_same_bricks(
+    tmp_path: Path, solver: str, refused: bool
+) -> None:
+    file = tmp_path / "stated.toml"
+    file.write_text(RIGID.with_suffix(".toml").read_text() + f"[scene.solver]\n{solver}\n")
+    folder = Path(shutil.copytree(RIGID, tmp_path / "rigid.dp"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        if not refused:
+            assert Study.from_toml(file).run(folder).done == 2
+            return
+        with pytest.raises(StudyError, match=r"scene.solver.blocks \(was 'rigid', is 'elastic'\)\n.* set the keys back"):
+            Study.from_toml(file).run(folder)
+
+
+def test_alternatives_of_an_older_search_do_not_mix_bricks(tmp_path: Path) -> None:
+    settings = StudySettings.from_toml(RIGID.with_suffix(".toml"))
+    with pytest.raises(StudyError, match=r"scene.solver.blocks \(was 'rigid', is 'elastic'\)"):
+        Campaign(settings).run(_unfinished(tmp_path))
+
+
+def test_a_sample_of_rigid_bricks_is_replayed_with_rigid_bricks() -> None:
+    wall, stored = replay(RIGID, 1)[0], open_study(RIGID)
+    assert Scene.from_dict(tomllib.loads(wall.attrs["scene"])).solver.blocks == "rigid"
+    width = stored["crack_width_max"].values[1]
+    np.testing.assert_allclose(wall["crack_width_max"].values, width[: len(wall["increment"])], rtol=1e-4, atol=1e-12)
+
+
+@pytest.mark.parametrize(("version", "blocks"), [(7, "rigid"), (8, "rigid"), (SCHEMA_VERSION, "elastic")])
+def test_a_scene_without_bricks_has_those_of_its_version(version: int, blocks: str) -> None:
+    text = (RIGID / "study.toml").read_text()
+    for line in ('accuracy = "standard"\n', 'blocks = "rigid"\n'):
+        assert line in text
+        text = text.replace(line, "")
+    settings = read_frozen(text.replace("schema_version = 8", f"schema_version = {version}"))
+    assert settings.scene.solver.blocks == blocks
+    ds = brought_up_to_date(version, "old.nc", xr.Dataset(attrs={"scene": "[wall]\nlength = 2.4\n"}))
+    assert Scene.from_dict(tomllib.loads(ds.attrs["scene"])).solver.blocks == blocks

@@ -44,4 +44,5 @@ def test_what_is_told_is_what_was_measured():
     draft = text[text.index("draft:") : text.index("standard:")]
     assert f"opening of the dpc {100 * worst:.2g} %" in draft
     assert all(f"{key} = " in draft for key in PRESETS["draft"]["quasi_static"])
-    assert 'accuracy = "standard";' in text
+    assert 'accuracy = "fine";' in text
+    assert 'accuracy = "standard";' in accuracy_lines(Scene(solver=Solver(blocks="rigid")))[0]
