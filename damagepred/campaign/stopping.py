@@ -62,7 +62,7 @@ def run_until(
             return Ending(summary, seen, "interrupted")
         look = InterimAnalysis(summary.done, None, False)
         if rule is not None:
-            estimate = rule.estimate(open_study(out), confidence)
+            estimate = rule.estimate(open_study(out).isel(sample=slice(count)), confidence)  # also if more are done
             look = InterimAnalysis(summary.done, estimate, rule.met(estimate))
         seen.append(look)
         reason = "enough" if seen[-1].enough else "time" if over else "samples" if count == sizes[-1] else ""

@@ -48,7 +48,7 @@ class Solver:
     accuracy : {"draft", "standard", "fine", "reference"}
         Preset of the keys below; a key given here takes precedence. ``fine`` are their defaults, ``standard`` has
         rigid bricks. ``damagepred check --full`` shows the keys of each preset and its measured errors. Without this
-        key and ``blocks``, a file with zones in a part or without ``lump_block_elasticity`` has ``standard``.
+        key and ``blocks``, zones in a part, and ``lump_block_elasticity = false``, imply ``standard``.
     blocks : {"rigid", "elastic", "deformable"}
         ``rigid``: their elasticity is lumped in series with the joints. ``elastic``: rectangles also stretch along
         their bed and bend; other polygons, supported and moved blocks and the footing stay rigid. ``deformable``: cut

@@ -23,7 +23,7 @@ DATA = Path(__file__).resolve().parents[2] / "data"
 SAMPLES = 6
 SOLID = {"wall": {"length": 3.6, "height": 1.2}}
 STUDIES: dict[str, tuple[str, dict[str, dict[str, Any]]]] = {
-    "rigid": ("bryant_dishing.toml", {}),
+    "rigid": ("bryant_dishing.toml", {"solver": {"blocks": "rigid"}}),
     "elastic": ("bryant_dishing.toml", SOLID | {"solver": {"blocks": "elastic"}}),
     "zones": ("bryant_dishing.toml", {"wall": {"length": 2.4, "height": 0.6}, "solver": {"blocks": "deformable"}}),
     "openings": ("bryant_window_dishing.toml", {}),

@@ -37,7 +37,7 @@ from damagepred.uq.observations import (
 from damagepred.uq.survey_likelihood import CrackPrediction, measured, series_fit, vague_log_likelihood
 from tests.conftest import SMALL_STUDY
 
-FIXED = SMALL_STUDY.partition('[variables."movement')[0]
+FIXED = SMALL_STUDY.partition('[variables."movement')[0] + '[scene.solver]\nblocks = "rigid"\n'
 
 
 @pytest.fixture(scope="module")

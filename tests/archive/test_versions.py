@@ -157,7 +157,9 @@ def test_a_file_that_states_its_bricks_resumes_a_folder_of_the_same_bricks(
         if not refused:
             assert Study.from_toml(file).run(folder).done == 2
             return
-        with pytest.raises(StudyError, match=r"scene.solver.blocks \(was 'rigid', is 'elastic'\)\n.* set the keys back"):
+        with pytest.raises(
+            StudyError, match=r"scene.solver.blocks \(was 'rigid', is 'elastic'\)\n.* set the keys back"
+        ):
             Study.from_toml(file).run(folder)
 
 

@@ -74,7 +74,7 @@ def scene_of(name: str) -> Scene:
     tables = SCENES[name]
     own = tables.get("movement", {})
     size = {"central_deflection": 3e-3} if own.get("shape", "arc") in ("arc", "jacks") else {}
-    return Scene.from_dict({"wall": WALL, **tables, "movement": size | own})
+    return Scene.from_dict({"wall": WALL, "solver": {"blocks": "rigid"}, **tables, "movement": size | own})
 
 
 @pytest.mark.parametrize("name", SCENES)

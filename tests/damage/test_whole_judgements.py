@@ -90,7 +90,9 @@ def test_slopes_and_distortions_are_their_list() -> None:
         {"kind": "door", "x": 1.6, "width": 0.36, "height": 0.6},
     ]
     wall = {"length": 2.4, "height": 1.05}
-    model = wall_model(Scene.from_dict({"wall": wall, "opening": opening, "dpc": {"course": 1}}))
+    model = wall_model(
+        Scene.from_dict({"wall": wall, "opening": opening, "dpc": {"course": 1}, "solver": {"blocks": "rigid"}})
+    )
     gauge, blocks = gauges(model), model.n_blocks
     number = np.arange(blocks)
     state = 1e-2 * np.column_stack((np.sin(number), np.cos(2 * number), 0.1 * np.sin(3 * number)))

@@ -23,6 +23,7 @@ from damagepred.kernels.joint.return_mapping import (
     return_mapping,
 )
 from damagepred.kernels.joint.softening import Softening
+from damagepred.scene import Solver
 from damagepred.solvers.quasi_static.options import ReturnMappingOptions
 from damagepred.solvers.state.joint_history import JointHistory
 from tests.kernels.one_joint import joint_arrays
@@ -379,7 +380,7 @@ def pairs(joints: JointProperties) -> Model:
     for i in range(len(joints.cohesion)):
         wall.add_block(rectangle(0.5 * i, 0.0, 0.5 * i + 0.2, 0.1))
         wall.add_block(rectangle(0.5 * i, 0.1, 0.5 * i + 0.2, 0.2))
-    model = wall.build()
+    model = wall.build(Solver(blocks="rigid"))
     return replace(model, properties=joints)
 
 

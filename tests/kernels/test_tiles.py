@@ -43,7 +43,7 @@ def brick_wall(joint, other=None, columns=7, rows=5, contacts=3):
             wall.add_block([(x, y), (x + 0.24, y), (x + 0.24, y + 0.08), (x, y + 0.08)], course=row)
     wall.rest_on_ground(range(columns), lambda x: -1e-4 * x**2)
     wall.move(columns * rows - 1, x=2e-5)
-    return wall.build(Solver(contacts_per_interface=contacts))
+    return wall.build(Solver(blocks="rigid", contacts_per_interface=contacts))
 
 
 def random_state(model, rng):

@@ -9,6 +9,7 @@ from damagepred.archive.schema import VARIABLES
 from damagepred.scene import BlockMaterial, Damage, Dpc, Footing, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 
 WALL = Wall(length=1.2, height=0.3)
+RIGID = Solver(blocks="rigid")
 
 
 @pytest.fixture(scope="session")
@@ -19,6 +20,7 @@ def cracked() -> xr.Dataset:
         wall=WALL,
         joint=Joint(tensile_strength=0.001e6, cohesion=0.003e6),
         movement=Movement(kind="doming", central_deflection=6e-3, increments=3),
+        solver=RIGID,
     )
     return damagepred.solve(scene)
 
@@ -33,6 +35,7 @@ def on_dpc() -> xr.Dataset:
         opening=(Opening(x=0.48, y=0.15, width=0.24, height=0.15),),
         movement=Movement(kind="dishing", central_deflection=6e-3, increments=3),
         damage=Damage(dpc_threshold=0.2e-3),
+        solver=RIGID,
     )
     return damagepred.solve(scene)
 
@@ -71,6 +74,7 @@ def _on_footing(kind: str, shape: str) -> Scene:
         dpc=Dpc(course=1),
         footing=Footing(width=0.1, depth=0.05, elastic_modulus=1e9),
         movement=Movement(kind=kind, shape=shape, central_deflection=0.2e-3, increments=4),  # type: ignore[arg-type]
+        solver=RIGID,
     )
 
 

@@ -96,7 +96,8 @@ def solved(name: str) -> xr.Dataset:
         },
     }
     small = {"title": f"{name} for $5", "wall": wall, "movement": {"central_deflection": 1e-4, "increments": 2}}
-    return invented(damagepred.solve(Scene.from_dict(small | tables[name])))
+    rigid = {"solver": {"blocks": "rigid"}}
+    return invented(damagepred.solve(Scene.from_dict(small | rigid | tables[name])))
 
 
 def scene(**tables: Any) -> Scene:

@@ -4,7 +4,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,7 +20,7 @@ from damagepred.enumerations import SampleStatus
 from damagepred.kernels import jit
 from damagepred.kernels.equilibrium.joints import add_internal_forces, joint_steps
 from damagepred.one_wall.judged_path import dynamic_run, follow
-from damagepred.scene import Dpc, Dynamics, Scene, Wall
+from damagepred.scene import Dpc, Dynamics, Scene, Solver, Wall
 from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -28,6 +28,8 @@ from damagepred.study import Study
 from tests.conftest import ROOT, SMALL_STUDY
 from tests.regressions import walls
 from tests.synthetic_studies import synthetic_study
+
+RIGID = Solver(blocks="rigid")
 
 
 class Ready(NamedTuple):
@@ -74,7 +76,7 @@ def zone_cycle(material: str, cycles: int, alone: bool) -> Callable[[Path], Read
 
 def dynamic_step(folder: Path) -> Ready:
     """Steps of a run in time: the wall at rest with its mortar, as every stretch is then the same."""
-    scene = Scene(wall=PIECE, dynamics=Dynamics(duration=0.2, outputs=100))
+    scene = Scene(wall=PIECE, dynamics=Dynamics(duration=0.2, outputs=100), solver=RIGID)
     model = wall_model(scene)
     run = dynamic_run(model, scene.solver, Dynamics(duration=10.0, outputs=10_000))
     return Ready(run.advance, run.timing.steps * len(run.bodies.points) * 1e-9)
@@ -82,7 +84,7 @@ def dynamic_step(folder: Path) -> Ready:
 
 def factorisation(folder: Path) -> Ready:
     """All fronts of the paper's wall eliminated, and one load solved for."""
-    model = wall_model(Scene(dpc=Dpc()))
+    model = wall_model(Scene(dpc=Dpc(), solver=RIGID))
     face, joint = model.interfaces, model.properties
     area, at = face.contact_area, face.contact_offset
     normal, shear, none = joint.normal_stiffness[:, None] * area, joint.shear_stiffness[:, None] * area, 0.0 * area
@@ -102,7 +104,7 @@ def joint_law(coulomb: bool) -> Callable[[Path], Ready]:
     """Forces and stiffness of all joints of the wall with a window, as the quasi-static solver asks for them."""
 
     def prepare(folder: Path) -> Ready:
-        scene = Scene.from_toml(ROOT / "data" / "bryant_window_dishing.toml")
+        scene = replace(Scene.from_toml(ROOT / "data" / "bryant_window_dishing.toml"), solver=RIGID)
         follower = Continuation(wall_model(scene), scene.solver)
         follower.advance(1.0, 0.1)
         equilibrium, state = follower.equilibrium, follower.state
@@ -118,16 +120,20 @@ def joint_law(coulomb: bool) -> Callable[[Path], Ready]:
     return prepare
 
 
-def path(folder: Path) -> Ready:
+def path(solver: Solver) -> Callable[[Path], Ready]:
     """The path of the paper's wall in five increments, judged, from the model on."""
-    scene = Scene.from_toml(ROOT / "data" / "bryant_dishing.toml")
-    model = wall_model(scene)
-    return Ready(lambda: list(follow(model, scene.solver, scene.damage, 5)), 1e-3)
+
+    def prepare(folder: Path) -> Ready:
+        scene = replace(Scene.from_toml(ROOT / "data" / "bryant_dishing.toml"), solver=solver)
+        model = wall_model(scene)
+        return Ready(lambda: list(follow(model, scene.solver, scene.damage, 5)), 1e-3)
+
+    return prepare
 
 
 def sample(folder: Path) -> Ready:
     """One sample of the small study of many tests, as a worker does it: drawn, solved, judged, archived."""
-    study = Study(StudySettings.from_dict(tomllib.loads(SMALL_STUDY)))
+    study = Study(StudySettings.from_dict(tomllib.loads(SMALL_STUDY + '[scene.solver]\nblocks = "rigid"\n')))
     study._prepare(place := study_folder(folder), 4)
     values = {name: float(column[1]) for name, column in study.design.wall_values(4).items()}
     part = place.part_file(1, 1)
@@ -200,7 +206,8 @@ GATE = (
     Case("joints, quasi-static", "ns a joint", joint_law(True), {"compiled": 2}),
     Case("joints, limits frozen", "ns a joint", joint_law(False), {"compiled": 2}),
     Case("factorisation", "ms", factorisation, {"lapack": 5}),
-    Case("path", "ms", path, {"compiled": 20, "interpreter": 10, "lapack": 20}, rounds=5),
+    Case("path", "ms", path(RIGID), {"compiled": 20, "interpreter": 10, "lapack": 20}, rounds=5),
+    Case("path, elastic bricks", "ms", path(Solver()), {"compiled": 20, "interpreter": 10, "lapack": 20}, rounds=5),
     Case("sample", "ms", sample, {"compiled": 5, "interpreter": 5, "files": 5}, rounds=8),
     Case("archive read", "ms", read_archive, {"files": 2}),
     Case("curves fitted", "ms", fit_curves, {"interpreter": 40}, rounds=6),

@@ -12,7 +12,7 @@ from damagepred.kernels.zone.forces import zone_forces
 from damagepred.scene import BlockMaterial, Dpc, Loads, Movement, Opening, Scene, Solver, Wall
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
 
-EXPLICIT = Solver(method="explicit")
+EXPLICIT = Solver(method="explicit", blocks="rigid")
 STRONG = BlockMaterial(cohesion=20e6, friction=0.75, tensile_strength=5e6)
 WEAK = BlockMaterial(cohesion=0.06e6, friction=0.75, tensile_strength=0.03e6)
 

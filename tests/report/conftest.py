@@ -17,6 +17,7 @@ WALL = {
     ],
     "joint": {"tensile_strength": "0.05 MPa"},
     "movement": {"central_deflection": "12 mm", "increments": 4},
+    "solver": {"blocks": "rigid"},
 }
 
 

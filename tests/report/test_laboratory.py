@@ -3,7 +3,7 @@
 import pytest
 import xarray as xr
 
-from damagepred import Movement, Opening, Scene, Wall, plotting, solve
+from damagepred import Movement, Opening, Scene, Solver, Wall, plotting, solve
 from damagepred.report.summary import wall_summary
 from damagepred.scene import Load, Loading
 
@@ -13,6 +13,7 @@ PIER = Scene(
     movement=Movement(shape="loads", increments=3),
     load=(Load(direction="along"),),
     loading=Loading(control="displacement", displacement="3 mm", beam="free"),
+    solver=Solver(blocks="rigid"),
 )
 
 

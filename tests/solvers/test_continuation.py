@@ -22,8 +22,8 @@ from tests.solvers.walls import small_scene
 from tests.validation.test_quasi_static_balance import unbalanced
 
 CONTROL = DEFAULTS.continuation
-QUASI_STATIC = Solver(method="quasi_static")
-WHOLE = Solver(method="quasi_static", symmetric_half=False)
+QUASI_STATIC = Solver(blocks="rigid")
+WHOLE = Solver(blocks="rigid", symmetric_half=False)
 WEAK = Joint(tensile_strength=0.1e6, cohesion=0.1e6)
 
 

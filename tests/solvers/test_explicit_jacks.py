@@ -18,7 +18,7 @@ from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.explicit.stepper import DEFLECTION_TOLERANCE, ExplicitStepper
 from damagepred.solvers.system.footing_forces import section_forces, section_response_of
 
-WHOLE = Solver(method="explicit", symmetric_half=False)
+WHOLE = Solver(blocks="rigid", method="explicit", symmetric_half=False)
 
 
 def on_jacks(kind: str = "dishing", deflection: float = 4e-4, increments: int = 4, rig: Rig | None = None) -> Scene:

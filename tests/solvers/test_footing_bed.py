@@ -23,6 +23,7 @@ def stands_on(kind: str, deflection: float, joint: Joint | None = LOOSE, **more)
         joint=STRONG,
         footing=Footing(joint=joint),
         movement=Movement(kind=kind, central_deflection=deflection, increments=2, shape="parabola"),
+        solver=Solver(blocks="rigid"),
         **more,
     )
 

@@ -18,7 +18,7 @@ from damagepred.solvers.quasi_static.linear_system import DEFAULTS, Multifrontal
 from damagepred.solvers.symmetry import reduce_by_symmetry
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
-QUASI_STATIC = Solver(method="quasi_static")
+QUASI_STATIC = Solver(blocks="rigid")
 WELL = 1e6
 """Condition number of the scaled matrix up to which the error must be below 1e-8."""
 

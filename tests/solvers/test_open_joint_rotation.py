@@ -18,7 +18,7 @@ def rotation_error(solver: Solver, share: float, length: float = 0.24, thickness
     wall.support(wall.add_block(rectangle(-length / 2, -0.1, length / 2, 0.0)))
     force = 1e5 * length * thickness
     wall.load(block, y=-force, at=(share * length, 0.075))
-    ds = solve(wall, solver=replace(solver, lump_block_elasticity=False), increments=1)
+    ds = solve(wall, solver=replace(solver, blocks="rigid", lump_block_elasticity=False), increments=1)
     pressed = 3 * (0.5 - share) * length
     turned = -float(ds["block_rotation"].values[-1, block])
     return turned * DRY.normal_stiffness * thickness * pressed**2 / (2 * force) - 1.0

@@ -132,4 +132,4 @@ def test_blocks_by_an_estimate_are_read_as_elastic() -> None:
     with pytest.warns(UserWarning, match="is read as 'elastic'"):
         scene = Scene.from_dict({"solver": {"blocks": "auto", "rigid_error": 0.01}})
     assert scene.solver.blocks == "elastic"
-    assert Scene.from_dict({"solver": {"blocks": "rigid", "rigid_error": 0.01}}) == Scene()
+    assert Scene.from_dict({"solver": {"blocks": "rigid", "rigid_error": 0.01}}).solver == Solver(blocks="rigid")

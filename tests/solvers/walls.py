@@ -23,7 +23,7 @@ def small_scene(window_at: float | None = None, movement: Movement | None = None
         dpc=Dpc(),
         movement=movement or Movement(central_deflection=2e-3, increments=4),
         loads=Loads(roof=1000.0),
-        solver=Solver(**{"method": "explicit", "tolerance": 1e-2, **solver}),  # type: ignore[arg-type]
+        solver=Solver(**{"method": "explicit", "blocks": "rigid", "tolerance": 1e-2, **solver}),  # type: ignore[arg-type]
     )
 
 

@@ -129,7 +129,9 @@ def test_a_wall_that_does_not_move_settles_like_a_stack(method: str) -> None:
     scene = Scene.from_toml(DATA / "bryant_dishing.toml").with_values(
         {"movement.central_deflection": 0.0, "loads.roof": 0.0}
     )
-    scene = replace(scene, solver=replace(scene.solver, method=method, lump_block_elasticity=False, tolerance=1e-5))
+    scene = replace(
+        scene, solver=replace(scene.solver, method=method, blocks="rigid", lump_block_elasticity=False, tolerance=1e-5)
+    )
     ds = damagepred.solve(scene, increments=1)
     n, course = 32, ds["block_course"].values + 1
     weight_over_area = 0.075 * 2000.0 * 9.81

@@ -15,7 +15,7 @@ from damagepred.scene import BlockMaterial, ControlJoint, Dpc, Footing, Joint, L
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
 
-ONE_STEP = Solver(step_energy_tolerance=1e9, symmetric_half=False)
+ONE_STEP = Solver(blocks="rigid", step_energy_tolerance=1e9, symmetric_half=False)
 """One step each increment, so that trapezoidal rule and return mapping can be repeated from increments alone."""
 ACCOUNTS = ("external_work", "elastic_energy", "friction_work", "crushing_work", "fracture_work")
 

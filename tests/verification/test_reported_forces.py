@@ -18,8 +18,8 @@ from tests.validation.test_quasi_static_balance import unbalanced
 from tests.verification.test_energy_accounts import DRY, brickwork, on_jacks, uneven
 
 WEAK = replace(DRY, tensile_strength=20e3, cohesion=30e3)
-QUASI_STATIC = Solver(symmetric_half=False)
-EXPLICIT = Solver(method="explicit", tolerance=1e-6, symmetric_half=False)
+QUASI_STATIC = Solver(blocks="rigid", symmetric_half=False)
+EXPLICIT = Solver(blocks="rigid", method="explicit", tolerance=1e-6, symmetric_half=False)
 
 
 def moved_wall(joint: Joint) -> Model:

@@ -103,6 +103,7 @@ def test_step_stands_at_the_crack():
         {**WALL, "bond": "stack", "length": "1.92 m"},
         movement={"shape": "step", "settlement": "20 mm"},
         head_joint={"tensile_strength": 0.0, "cohesion": 0.0, "friction": 0.0},
+        solver={"blocks": "rigid"},
     )
     line = (ds["contact_kind"].values == 1) & np.isclose(ds["contact_x"].values, 0.96)
     slip = np.abs(ds["contact_slip"].values[-1, line] - ds["contact_slip"].values[0, line])

@@ -82,7 +82,7 @@ def vertical(model: Model) -> FloatArray:
 def glued(unit: Unit, count: int, **material: float) -> Model:
     """Return the model of a stack whose joints do not open."""
     joint = unit.joint(tensile_strength=1e12, cohesion=1e12)
-    solver = Solver(method="explicit", lump_block_elasticity=bool(material))
+    solver = Solver(method="explicit", blocks="rigid", lump_block_elasticity=bool(material))
     made_of = BlockMaterial(density=unit.density, **material) if material else None
     return stack(unit, count, joint, made_of).build(solver)
 

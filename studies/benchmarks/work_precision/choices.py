@@ -33,8 +33,10 @@ class Choice:
     model: bool = False
 
     def scene(self, scene: Scene) -> Scene:
-        """Return a wall that is solved so."""
-        return walls.changed(scene, {"solver": self.solver, "movement": {"increments": self.increments}})
+        """Return a wall that is solved so; bricks are rigid where ``solver`` states none."""
+        return walls.changed(
+            scene, {"solver": {"blocks": "rigid", **self.solver}, "movement": {"increments": self.increments}}
+        )
 
 
 @cache
