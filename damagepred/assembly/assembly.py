@@ -566,7 +566,10 @@ class Assembly:
             (default if given is None else given) and block not in held for block, given in enumerate(self._elastic)
         ]
         if mesh is not None and any(chosen):
-            raise InputError("elastic blocks and blocks of zones do not go together in one wall; take one of the two.")
+            raise InputError(
+                "elastic blocks and blocks of zones do not go together in one wall; take solver.blocks = 'rigid' beside "
+                "zones, or no zones."
+            )
         return chosen
 
     @checked

@@ -94,7 +94,7 @@ class WallCost:
     >>> from damagepred import Scene, assembly
     >>> cost = assembly.wall_cost(Scene.from_toml("wall.toml"))
     >>> cost.contacts, cost.unknowns, f"{cost.memory / 1e6:.1f} MB"
-    (1044.0, 348.0, '3.7 MB')
+    (1044.0, 580.0, '4.0 MB')
     """
 
     blocks: float
@@ -159,6 +159,7 @@ def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
     bricks = max(courses * (halves * per_half + 1) - holes * per_half, 1.0)
     segments, footing_zones = _footing_blocks_and_zones(scene)
     cells, facets = _cells(scene)
+    degrees = 5.0 if "elastic" in _block_kinds(scene) else 3.0
     zoned = bricks if cells else 0.0
     blocks = bricks + segments
     beds = bricks * (1.0 if wall.bond == "stack" else 2.0)
@@ -180,10 +181,13 @@ def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
         operations = 4 * levels * (3 * bricks / courses + 2 * facets) ** 3
         factorisations = QUASI_STATIC_FACTORISATIONS * operations * OPERATION_TIME
         time = steps * (QUASI_STATIC_EVALUATIONS * evaluation + factorisations)
-    memory = 16 * levels * ((3 + 4 * facets) * bricks / courses) ** 2 + 16 * (2 * gridpoints / max(blocks, 1.0)) ** 2
+    memory = (
+        16 * levels * ((degrees + 4 * facets) * bricks / courses) ** 2 + 16 * (2 * gridpoints / max(blocks, 1.0)) ** 2
+    )
     memory += BLOCK_MEMORY * blocks + CONTACT_MEMORY * contacts + ZONE_MEMORY * zones
     memory += steps * 8 * (9 * blocks + 6 * contacts + 5 * zones + 2 * gridpoints)
-    return WallCost(blocks, contacts, zones, 3 * blocks + 2 * gridpoints, beds, memory, time + BLOCK_TIME * blocks)
+    unknowns = degrees * bricks + 3 * segments + 2 * gridpoints
+    return WallCost(blocks, contacts, zones, unknowns, beds, memory, time + BLOCK_TIME * blocks)
 
 
 def _footing_blocks_and_zones(scene: Scene) -> tuple[float, float]:
