@@ -567,8 +567,8 @@ class Assembly:
         ]
         if mesh is not None and any(chosen):
             raise InputError(
-                "elastic blocks and blocks of zones do not go together in one wall; take solver.blocks = 'rigid' beside "
-                "zones, or no zones."
+                "elastic blocks and blocks of zones do not go together in one wall; take solver.blocks = 'rigid' with "
+                "zones, or leave zones out."
             )
         return chosen
 
