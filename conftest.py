@@ -25,6 +25,8 @@ central_deflection = "8 mm"
 increments = 16
 [loads]
 roof = "12 kN"
+[solver]
+blocks = "rigid"
 """
 
 MORE = {

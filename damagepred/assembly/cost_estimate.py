@@ -94,7 +94,7 @@ class WallCost:
     >>> from damagepred import Scene, assembly
     >>> cost = assembly.wall_cost(Scene.from_toml("wall.toml"))
     >>> cost.contacts, cost.unknowns, f"{cost.memory / 1e6:.1f} MB"
-    (1044.0, 580.0, '4.0 MB')
+    (1044.0, 348.0, '3.7 MB')
     """
 
     blocks: float

@@ -23,7 +23,9 @@ from tests.conftest import SMALL_STUDY
 def settings(text: str = SMALL_STUDY) -> StudySettings:
     import tomllib
 
-    return StudySettings.from_dict(tomllib.loads(text))
+    tables = tomllib.loads(text)
+    tables["scene"].setdefault("solver", {"blocks": "rigid"})
+    return StudySettings.from_dict(tables)
 
 
 def same(first: xr.Dataset, second: xr.Dataset) -> None:
