@@ -93,7 +93,7 @@ def test_limits_of_the_solid_wall_on_jacks(study):
         assert abs(float(ds.jack_load[-1])) < 1.0
         assert study.measures.cracked_above_dpc(ds, -1) == 0
         found[name] = 1e3 * ds.attrs["limit_deflection"]
-    assert 2.9 < found["elastic"] < 3.3
+    assert found["elastic"] == pytest.approx(3.35, rel=0.01)  # 3.351 with zones below the dpc; rigid bricks: 3.11
     assert 5.7 < found["sheet"] < 6.3
     assert 1.1 < found["new"] < 1.4
     assert 5.9 < found["bent"] < 6.9
