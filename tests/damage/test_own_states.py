@@ -39,6 +39,8 @@ cohesion = "0.1 MPa"
 [scene.movement]
 central_deflection = "6 mm"
 increments = 6
+[scene.solver]
+blocks = "rigid"
 [variables."joint.tensile_strength"]
 distribution = "lognormal"
 mean = "0.1 MPa"
