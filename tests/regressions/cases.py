@@ -207,7 +207,6 @@ GATE = (
     Case("joints, limits frozen", "ns a joint", joint_law(False), {"compiled": 2}),
     Case("factorisation", "ms", factorisation, {"lapack": 5}),
     Case("path", "ms", path(RIGID), {"compiled": 20, "interpreter": 10, "lapack": 20}, rounds=5),
-    Case("path, elastic bricks", "ms", path(Solver()), {"compiled": 20, "interpreter": 10, "lapack": 20}, rounds=5),
     Case("sample", "ms", sample, {"compiled": 5, "interpreter": 5, "files": 5}, rounds=8),
     Case("archive read", "ms", read_archive, {"files": 2}),
     Case("curves fitted", "ms", fit_curves, {"interpreter": 40}, rounds=6),
