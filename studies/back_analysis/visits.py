@@ -25,16 +25,16 @@ from damagepred.uq.observations import CrackObservation, MonitorSeries, Observat
 from damagepred.uq.survey_likelihood import OWN_SHARE
 
 README = Path(__file__).with_name("README.md")
-LARGEST, INCREMENTS, STORED, LAST = 10e-3, 16, 40, dt.date(2026, 1, 1)
+LARGEST, INCREMENTS, STORED, LAST = 10e-3, 20, 80, dt.date(2026, 1, 1)
 VISITS = [dt.date(2020, 1, 1), dt.date(2021, 7, 1), dt.date(2023, 3, 1), dt.date(2024, 10, 1), LAST]
 MONTHS = [LAST - dt.timedelta(days=90 * k) for k in range(12, -1, -1)]
 CATEGORY = 2
 START, END = "<!-- written by visits.py -->", "<!-- end of visits -->"
 SURVEYS = (
-    ("five visits", "steady", 80),
-    ("five visits", "steady step", 80),
-    ("monitor", "steady step", 50),
-    ("monitor", "seasonal", 40),
+    ("five visits", "steady", 120),
+    ("five visits", "steady step", 120),
+    ("monitor", "steady step", 80),
+    ("monitor", "seasonal", 60),
 )
 
 
