@@ -99,12 +99,12 @@ def wall_caveats(ds: xr.Dataset, scene: Scene) -> Section:
     said = []
     if ds.attrs.get("status", PathStatus.COMPLETE) != PathStatus.COMPLETE:
         said.append(f"The path ended early: {ds.attrs.get('status_message', ds.attrs['status'])}.")
+    kind = "house" if isinstance(scene, House) else "wall"
     said.append(
         "This is one sampled wall of a study. Others of the same study may look quite different."
         if "sample" in ds.attrs
-        else f"This is one {'house' if isinstance(scene, House) else 'wall'} with the values stated. Real joints "
-        "scatter, and scatter decides places and widths of cracks: a study of many gives the probability of each "
-        "category."
+        else f"This is one {kind} with the values stated. Real joints scatter, and scatter decides places and widths "
+        f"of cracks: a study of many {kind}s gives the probability of each category."
     )
     if int(ds.attrs.get("apex_limited_joints", 0)):
         said.append(

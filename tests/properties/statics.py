@@ -37,11 +37,10 @@ def not_finite(found: Found) -> str:
     known = None
     for step in found.path:
         values = {f.name: getattr(step, f.name) for f in fields(step) if f.name not in OPTIONAL}
-        for group in ("zones", "energy", "counters"):
+        for group in [name for name, v in values.items() if is_dataclass(v) or hasattr(v, "_asdict")]:
             record = values.pop(group)
-            if record is not None:
-                described = asdict(record) if is_dataclass(record) else record._asdict()
-                values |= {f"{group}.{name}": value for name, value in described.items()}
+            described = asdict(record) if is_dataclass(record) else record._asdict()
+            values |= {f"{group}.{name}": value for name, value in described.items()}
         numbers = {name: np.asarray(v) for name, v in values.items() if v is not None and not isinstance(v, str)}
         absent = {name for name, value in numbers.items() if value.ndim == 0 and np.isnan(value)}
         # the explicit solver has no energy balance, and only runs in time have a time: in all increments or in none

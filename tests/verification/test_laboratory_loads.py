@@ -231,7 +231,7 @@ def test_a_wall_in_motion_has_no_load() -> None:
         ({"support": (Support(x=0.66, width=0.06),)}, "one narrow strip"),
         ({"support": (Support(x=0.01, width=0.06), Support(x=0.8, width=0.06))}, "support 1: reaches from -0.02"),
         ({"load": (Load(at=1.31, width=0.06),)}, "load 1: reaches"),
-        ({"movement": Movement(shape="parabola")}, "support: only read with"),
+        ({"movement": Movement(shape="parabola")}, "has no size; give force, line_load, or pressure"),
         ({"solver": Solver(method="explicit")}, "explicit solver takes 'force'"),
     ],
 )
