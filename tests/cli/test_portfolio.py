@@ -56,7 +56,8 @@ def test_a_house_is_the_study_with_its_row(files: Path) -> None:
     by_hand = STUDY.replace("samples = 4", f"samples = 4\nseed = {first.attrs['seed']}").replace(
         "[scene.movement]", '[scene.joint]\ncohesion = "0.05 MPa"\n[scene.movement]'
     )
-    same = Study.from_text(by_hand).run(files / "hand.dp").folder
+    (files / "hand.toml").write_text(by_hand)
+    same = Study.from_toml(files / "hand.toml").run(files / "hand.dp").folder
     assert (open_study(same)["crack_width_max"].values == first["crack_width_max"].values).all()
     for name, ds, at in (("a b", first, "4 mm"), ("c", second, "2 mm")):
         for category in (1, 2):

@@ -10,6 +10,7 @@ import tomli_w
 import damagepred
 from damagepred import Scene, solve
 from damagepred.archive.files import read_dataset
+from damagepred.archive.versions import with_defaults_of
 from damagepred.assembly import NO_LIMITS
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.errors import InputError
@@ -85,7 +86,7 @@ def test_an_impossible_number_is_refused(name: str) -> None:
     study = tomli_w.dumps({"scene": tables})
     with pytest.raises(InputError, match="Did you mean"):
         StudySettings.from_dict(tomllib.loads(study))
-    assert read_frozen(study).scene == build(Scene, tables, "scene")
+    assert read_frozen(study).scene == build(Scene, with_defaults_of(0, tables), "scene")
 
 
 UNLIKELY = {
