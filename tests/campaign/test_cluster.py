@@ -78,6 +78,7 @@ def test_a_dask_worker_that_is_killed_costs_nothing(serial: Path, tmp_path: Path
 
 @pytest.mark.thorough
 def test_the_command_runs_on_a_scheduler(serial: Path, tmp_path: Path, dask: Any, small_study_file: Path) -> None:
+    small_study_file.write_text(small_study_file.read_text() + '\n[scene.solver]\nblocks = "rigid"\n')
     command = [sys.executable, "-m", "damagepred", "study", str(small_study_file), "-n", "12"]
     run = subprocess.run([*command, "--scheduler", dask.scheduler_address], capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr

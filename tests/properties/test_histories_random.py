@@ -58,7 +58,7 @@ def on_footing(scene: Scene, footing: str) -> Scene:
     """Return the same scene with its footing on jacks, which push one way, or made of zones."""
     tables = scene.to_dict()
     if footing == "deformable":
-        return Scene.from_dict({**tables, "solver": {**tables["solver"], "footing": footing}})
+        return Scene.from_dict({**tables, "solver": {"blocks": "rigid", "footing": footing}})
     stages = [{**stage, "kind": "doming"} for stage in tables["movement"]["stage"]]
     movement = {**tables["movement"], "shape": footing, "kind": "doming", "stage": stages}
     return Scene.from_dict({**tables, "movement": movement, "rig": {"stop_at_zero": False}})

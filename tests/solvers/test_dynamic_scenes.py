@@ -8,7 +8,7 @@ import pytest
 import damagepred
 from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Movement, Wall
+from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Movement, Solver, Wall
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, G, deepest, dry, run, turned
 
 GENTLE = {"damping": "rayleigh", "damping_ratio": 0.6, "frequency": 0.02, "second_frequency": 2000.0}
@@ -80,6 +80,7 @@ def shaken(acceleration: float, **settings: object) -> Scene:
         wall=Wall(length=0.48, height=0.9),
         joint=joint,
         movement=Movement(central_deflection=0.0),
+        solver=Solver(blocks="rigid"),
         dynamics=Dynamics(base=(pulse,), **given),  # type: ignore[arg-type]
     )
 

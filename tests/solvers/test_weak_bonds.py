@@ -65,6 +65,7 @@ def bricks_under_doming(strength: float) -> Scene:
         control_joint=(ControlJoint(x=0.86, width=2e-3, through_dpc=False),),
         dpc=Dpc(course=1, friction=0.87),
         movement=Movement(kind="doming", central_deflection=7.5532e-3, increments=5, shape="parabola"),
+        solver=Solver(blocks="rigid"),
     )
 
 

@@ -30,7 +30,7 @@ def study() -> ModuleType:
         ("curve", "5 damaged, half of the walls"),
         ("surface", "8 walls"),
         ("median", "8 walls"),
-        ("estimate, random walls", "50 walls, probability 0.2"),
+        ("estimate, random walls", "200 walls, probability 0.2"),
     ],
 )
 def test_intervals_have_the_stated_coverage(study: ModuleType, interval: str, samples: str) -> None:

@@ -106,7 +106,8 @@ def test_a_wall_settles_with_its_footing(verify: Verify, solver: Solver, stiffne
         mound=Mound(shape="table", surface_movement=0.01, table=((0.0, 0.2), (1.0, 1.0))),
         loads=Loads(roof=roof),
     )
-    scene = replace(scene, wall=wall, block=BlockMaterial(density=1800.0), dpc=Dpc(course=1))
+    bricks = replace(scene.solver, blocks="rigid")
+    scene = replace(scene, wall=wall, block=BlockMaterial(density=1800.0), dpc=Dpc(course=1), solver=bricks)
     model = wall_model(scene)
     # cycling, bricks slide on the dpc while their weight comes on, and friction keeps that: slowly, so that few do
     first, last = path_of(model, solver, ramp_cycles=10_000)
