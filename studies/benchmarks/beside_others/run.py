@@ -137,7 +137,7 @@ def own(solver: str, case: Case, settings: Found) -> Found:
     """Solve a case by one of our solvers."""
     settings = {"increments": INCREMENTS, **settings}
     increments = settings.pop("increments")
-    chosen = Solver(method=solver, **settings)  # type: ignore[arg-type]
+    chosen = Solver(method=solver, **{"blocks": "rigid", **settings})  # type: ignore[arg-type]
     found = solve(case, chosen, increments)
     reached = min(found["residual"], chosen.tolerance_used)
     return {**found, "settled": [found["seconds"] if level >= reached else None for level in case["levels"]]}
