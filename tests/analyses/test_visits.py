@@ -256,5 +256,5 @@ def test_intervals_hold_the_truth_of_new_walls(visits: str, kinds: tuple[str, ..
 
 @pytest.mark.thorough
 def test_many_seasonal_histories_are_effective() -> None:
-    """Six numbers are unknown; the last rounds draw four times as many histories. A case in ten has few that count."""
+    """Six numbers are unknown; the last rounds draw four times as many histories. Single cases have few."""
     assert np.median(module("visits", STUDY).cases("monitor", ("seasonal",), 5, 2)["effective"]) > 100
