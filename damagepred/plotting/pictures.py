@@ -70,7 +70,7 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     >>> import damagepred, xarray
     >>> files = damagepred.plotting.save_wall_pictures(xarray.open_dataset("wall.nc"), "wall")
     >>> [file.name for file in files][:3]
-    ['wall.png', 'dpc_opening.png', 'footing_opening.png']
+    ['wall.png', 'footing_opening.png', 'opening_width.png']
     """
     check_output(folder)
     if is_house(ds):
