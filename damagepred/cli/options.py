@@ -12,8 +12,9 @@ from damagepred.cli import terminal
 from damagepred.enumerations import PathStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Iterable
 
+    import pandas as pd
     import xarray as xr
 
 
@@ -44,18 +45,19 @@ OK, BAD_INPUT, SOME_FAILED, INTERRUPTED = 0, 2, 3, 130
 """Exit codes."""
 
 
-def output_check(*suffixes: str, new_folder: bool = False) -> Callable[[typer.Context, Path | None], Path | None]:
-    """Check of an option that names a file to write, or without suffixes a folder, before the command does anything."""
+def writes(names: str, help: str, *suffixes: str, new_folder: bool = False, or_folder: bool = False) -> Any:
+    """Option for a file to write, or without suffixes a folder, which is checked before the command does anything."""
 
     def check(context: typer.Context, value: Path | None) -> Path | None:
         if value is not None and not context.resilient_parsing:
             from damagepred.archive.files import check_output
 
             inputs = [given for given in context.params.values() if isinstance(given, Path)]
-            check_output(value, *suffixes, inputs=inputs, new_folder=new_folder)
+            folder = or_folder and (value.is_dir() or not value.suffix)
+            check_output(value, *(() if folder else suffixes), inputs=inputs, new_folder=new_folder and not folder)
         return value
 
-    return check
+    return typer.Option(*names.split(), help=help, callback=check)
 
 
 PICTURES = (".png", ".pdf", ".svg")
@@ -67,44 +69,28 @@ Wall = Annotated[str | None, typer.Option("--wall", help="Wall of a house; by de
 WallOrStudy = Annotated[
     Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False, is_eager=True)
 ]
-NetcdfFile = Annotated[
-    Path | None, typer.Option("-o", "--output", help="netCDF file to write.", callback=output_check(".nc"))
-]
-Picture = Annotated[
-    Path | None,
-    typer.Option("--plot", help="Picture to draw (png, svg, pdf).", callback=output_check(*PICTURES, new_folder=True)),
-]
-PictureFolder = Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.", callback=output_check())]
+NetcdfFile = Annotated[Path | None, writes("-o --output", "netCDF file to write.", ".nc")]
+Picture = Annotated[Path | None, writes("--plot", "Picture to draw (png, svg, pdf).", *PICTURES, new_folder=True)]
+PictureFolder = Annotated[Path | None, writes("--plot", "Folder for pictures.")]
+_DRAWN = "Picture to draw (png, svg, pdf), or folder for it."
+PictureOrFolder = Annotated[Path | None, writes("--plot", _DRAWN, *PICTURES, new_folder=True, or_folder=True)]
 
 
-def _picture_or_folder(context: typer.Context, value: Path | None) -> Path | None:
-    is_file = value is not None and bool(value.suffix) and not value.is_dir()
-    return (output_check(*PICTURES, new_folder=True) if is_file else output_check())(context, value)
+def category_option(help: str) -> Any:
+    """Option for a category of damage."""
+    return typer.Option("--category", parser=terminal.category, metavar="NUMBER|NAME", help=help)
 
 
-PictureOrFolder = Annotated[
-    Path | None,
-    typer.Option("--plot", help="Picture to draw (png, svg, pdf), or folder for it.", callback=_picture_or_folder),
-]
-Category = Annotated[
-    Any,
-    typer.Option(
-        "--category", parser=terminal.category, metavar="NUMBER|NAME", help='Of damage, or worse: 2, or "slight".'
-    ),
-]
+Category = Annotated[Any, category_option('Of damage, or worse: 2, or "slight".')]
 AtMovement = Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')]
-MovementOrClass = Annotated[
-    str,
-    typer.Option(
-        "--at", help='Movement ("8 mm"), site class ("H1"), distribution; "site": the end of each wall\'s own.'
-    ),
-]
+_AT = 'Movement ("8 mm"), site class ("H1"), distribution; "site": the end of each wall\'s own.'
+MovementOrClass = Annotated[str, typer.Option("--at", help=_AT)]
+Samples = Annotated[int | None, typer.Option("-n", "--samples", min=1, help="Walls in all.")]
 Workers = Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")]
 Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")]
 Yes = Annotated[bool, typer.Option("--yes", help="Solve walls whatever memory and time they are estimated to take.")]
-Timeout = Annotated[
-    float | None, typer.Option("--timeout", help="Seconds a wall may take, by default 3600; inf lifts the limit.")
-]
+_SECONDS = "Seconds a wall may take, by default 3600; inf lifts the limit."
+Timeout = Annotated[float | None, typer.Option("--timeout", help=_SECONDS)]
 MixVersions = Annotated[
     bool, typer.Option("--mix-versions", help="Go on although another version has solved walls; status will say so.")
 ]
@@ -115,7 +101,7 @@ Categories = Annotated[
 Extrapolated = Annotated[
     bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond the movement of the walls.")
 ]
-CsvFile = Annotated[Path | None, typer.Option("--csv", help="CSV file to write.", callback=output_check(".csv"))]
+CsvFile = Annotated[Path | None, writes("--csv", "CSV file to write.", ".csv")]
 Measure = Annotated[
     Literal["joint", "band"] | None,
     typer.Option("--measure", help="Width that makes the category: widest joint or crack band."),
@@ -216,13 +202,27 @@ def say_pictures(files: Iterable[Path]) -> None:
         terminal.note(f"drew {file}")
 
 
+def say_written(*files: Path) -> None:
+    """Name the files that were written."""
+    for file in files:
+        terminal.note(f"wrote {file}")
+
+
+def keep_table(frame: pd.DataFrame, file: Path, index: bool = True) -> None:
+    """Write a table as CSV."""
+    from damagepred.exports import write_csv
+
+    write_csv(frame, file, index=index)
+    say_written(file)
+
+
 def keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None = None) -> None:
     """Write and draw a wall on request, before all other output."""
     from damagepred.archive.files import write_dataset
 
     if output is not None:
         write_dataset(ds, output)
-        terminal.note(f"wrote {output}")
+        say_written(output)
     if plot is not None:
         from damagepred.plotting import save_wall_pictures
 
@@ -239,7 +239,7 @@ def keep_curves(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None:
         from damagepred.plotting import save_fragility_picture
 
         with terminal.doing("drawing"):
-            terminal.note(f"drew {save_fragility_picture(ds, plot)}")
+            say_pictures([save_fragility_picture(ds, plot)])
 
 
 def exit_code(ds: xr.Dataset) -> int:

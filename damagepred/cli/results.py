@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-import typer
+from typer import Argument, Option
 
 from damagepred.cli import options as opt
 from damagepred.cli import terminal
@@ -19,7 +19,7 @@ def estimate(
     wall: opt.Wall = None,
     confidence: opt.Confidence = 0.9,
     study_file: Annotated[
-        Path | None, typer.Option("--study", help="Study file whose [study.epistemic] to take instead.")
+        Path | None, Option("--study", help="Study file whose [study.epistemic] to take instead.")
     ] = None,
     json: opt.Json = False,
     quiet: opt.Quiet = False,
@@ -36,18 +36,17 @@ def estimate(
     others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
     category = category_number(open_study(folder), category)
     estimates = alternatives(folder, category, movement, others=others, confidence=confidence, wall=wall)
-    if json:
-        points = () if movement.own else movement.points  # shares of each wall's own movement
-        values = [{**one._asdict(), "name": one.name or None} for one in estimates]
-        asked = {"category": category, "at": movement.name, "movement": points[0] if len(points) == 1 else points}
-        terminal.print_json({**asked, "alternatives": values})
-        return
-    terminal.lines(estimate_lines(estimates, category, movement))
+    points = () if movement.own else movement.points  # shares of each wall's own movement
+    values = [{**one._asdict(), "name": one.name or None} for one in estimates]
+    asked = {"category": category, "at": movement.name, "movement": points[0] if len(points) == 1 else points}
+    terminal.answer(
+        {**asked, "alternatives": values}, lambda _: terminal.lines(estimate_lines(estimates, category, movement))
+    )
 
 
 @opt.app.command()
 def compare(
-    folders: Annotated[list[Path], typer.Argument(help="Study folders (*.dp); the first is the reference.")],
+    folders: Annotated[list[Path], Argument(help="Study folders (*.dp); the first is the reference.")],
     category: opt.Category,
     at: opt.MovementOrClass = "site",
     wall: opt.Wall = None,
@@ -84,24 +83,21 @@ def compare(
         opt.keep_curves(compare_studies(studies, categories=[category], confidence=confidence), output, plot)
 
 
+_STUDIES_AND_SURVEY = "Study folders (*.dp), one per cause, and then the observations (*.toml, *.csv, *.xlsx)."
+
+
 @opt.app.command("infer")
 def infer_command(
-    files: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Study folders (*.dp), one per cause, and then the observations (*.toml, *.csv, *.xlsx).",
-            show_default=False,
-        ),
-    ],
+    files: Annotated[list[Path], Argument(help=_STUDIES_AND_SURVEY, show_default=False)],
     replays: Annotated[
-        int, typer.Option("--replays", min=1, help="Samples a study that are replayed for local cracks, at most.")
+        int, Option("--replays", min=1, help="Samples a study that are replayed for local cracks, at most.")
     ] = 200,
     new_walls: Annotated[
-        int, typer.Option("--new-walls", min=0, help="Walls a round that are run where too few samples are effective.")
+        int, Option("--new-walls", min=0, help="Walls a round that are run where too few samples are effective.")
     ] = 0,
     until: Annotated[
         list[str] | None,
-        typer.Option("--until", help="Date of a forecast, such as 2031 or 2031-06-30; repeat it for more dates."),
+        Option("--until", help="Date of a forecast, such as 2031 or 2031-06-30; repeat it for more dates."),
     ] = None,
     workers: opt.Workers = 1,
     output: opt.NetcdfFile = None,
@@ -130,10 +126,10 @@ def infer_command(
         posterior = infer(files[:-1], seen, workers=workers, options=options, on_replay=bar.update, on_walls=bar.walls)
     opt.keep_curves(posterior, output, plot)
     terminal.cautions(posterior_cautions(posterior))
-    if json:
-        terminal.print_json(reported(posterior))
-        return
-    tables.back_analysis(posterior)
+    terminal.answer(reported(posterior), lambda _: tables.back_analysis(posterior))
+
+
+_MEASURES = f"Of the movement: {', '.join(get_args(opt.Intensity))}; on mounds by default the first."
 
 
 @opt.app.command()
@@ -143,32 +139,25 @@ def fragility(
     plot: opt.Picture = None,
     csv: opt.CsvFile = None,
     wall: opt.Wall = None,
-    intensity: Annotated[
-        opt.Intensity | None,
-        typer.Option(
-            metavar="MEASURE",
-            help=f"Of the movement: {', '.join(get_args(opt.Intensity))}; on mounds by default the first.",
-        ),
-    ] = None,
+    intensity: Annotated[opt.Intensity | None, Option(metavar="MEASURE", help=_MEASURES)] = None,
     model: Annotated[
         Literal["separate", "common", "empirical"],
-        typer.Option(help="A lognormal for each category, all of one dispersion (never cross), or no form."),
+        Option(help="A lognormal for each category, all of one dispersion (never cross), or no form."),
     ] = "separate",
     confidence: opt.Confidence = 0.9,
-    bootstrap: Annotated[int, typer.Option(help="Resamples for the band.", min=0)] = 1000,
-    goodness: Annotated[int, typer.Option(help="Times walls are made up to judge the fit.", min=0)] = 100,
+    bootstrap: Annotated[int, Option(help="Resamples for the band.", min=0)] = 1000,
+    goodness: Annotated[int, Option(help="Times walls are made up to judge the fit.", min=0)] = 100,
     export: Annotated[
         Literal["pelicun", "openquake", "openquake-discrete"] | None,
-        typer.Option("--export", help="Write for another program, beside -o or the study folder."),
+        Option("--export", help="Write for another program, beside -o or the study folder."),
     ] = None,
     extrapolated: opt.Extrapolated = False,
     categories: opt.Categories = None,
     against: Annotated[
-        str | None, typer.Option("--against", help="Input to fit a surface to, of the category of --categories.")
+        str | None, Option("--against", help="Input to fit a surface to, of the category of --categories.")
     ] = None,
     options: Annotated[
-        Path | None,
-        typer.Option("--options", help="TOML file with options of the fit, for experts.", show_default=False),
+        Path | None, Option("--options", help="TOML file with options of the fit, for experts.", show_default=False)
     ] = None,
     measure: opt.Measure = None,
     footing_gap: opt.FootingGap = None,
@@ -188,64 +177,45 @@ def fragility(
     study = study_of(folder, wall)
     if measure is not None or footing_gap is not None:
         study = judge_again(study, measure=measure, count_footing_gap=footing_gap)
-    fit: dict[str, Any] = {
-        "intensity": intensity,
-        "confidence": confidence,
-        "bootstrap": bootstrap,
-        "options": terminal.fragility_options(options),
-    }
+    fit: dict[str, Any] = {"intensity": intensity, "confidence": confidence, "bootstrap": bootstrap}
+    fit["options"] = terminal.fragility_options(options)
     if against is not None:
         if wanted is None or len(wanted) != 1:
             raise InputError("--against: a surface is of one category; name it, such as --categories 2.")
         surface = fit_surface(study, wanted[0], against, **fit)
         opt.keep_curves(surface, output, plot)
-        if json:
-            terminal.print_json(surface)
-        else:
-            terminal.lines(surface_lines(surface))
+        terminal.answer(surface, lambda _: terminal.lines(surface_lines(surface)))
         return
     curves = fit_fragility(study, model=model, categories=wanted, goodness=goodness, **fit)
     opt.keep_curves(curves, output, plot)
     if csv is not None:
-        from damagepred.exports import curves_frame, write_csv
+        from damagepred.exports import curves_frame
 
-        write_csv(curves_frame(curves), csv)
-        terminal.note(f"wrote {csv}")
+        opt.keep_table(curves_frame(curves), csv)
         if intensity == "time":
             from damagepred.results.tables import year_frame
 
-            write_csv(year_frame(study, confidence), by_year := csv.with_stem(f"{csv.stem}_years"))
-            terminal.note(f"wrote {by_year}")
+            opt.keep_table(year_frame(study, confidence), csv.with_stem(f"{csv.stem}_years"))
     if export is not None:
         from damagepred.exports import export_curves
 
-        for file in export_curves(curves, export, output or folder, extrapolated=extrapolated):
-            terminal.note(f"wrote {file}")
-    if json:
-        terminal.print_json(curves)
-    else:
-        tables.fragility_table(curves)
-        if intensity == "time":
-            tables.year_table(study, confidence)
+        opt.say_written(*export_curves(curves, export, output or folder, extrapolated=extrapolated))
+    terminal.answer(curves, tables.fragility_table)
+    if intensity == "time" and not json:
+        tables.year_table(study, confidence)
     if note := footing_gap_note(study):
         terminal.note(f"note: {note}")
 
 
 @opt.app.command()
 def export(
-    path: Annotated[Path, typer.Argument(help="Study folder (*.dp), or curves of fragility (*.nc).")],
+    path: Annotated[Path, Argument(help="Study folder (*.dp), or curves of fragility (*.nc).")],
     form: Annotated[
         Literal["pelicun", "openquake", "openquake-discrete", "curves", "walls"],
-        typer.Argument(help="Program; or CSV of curves, or of the walls of a study.", show_default=False),
+        Argument(help="Program; or CSV of curves, or of the walls of a study.", show_default=False),
     ],
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            help="File to write (csv, xml), by default beside the input.",
-            callback=opt.output_check(".csv", ".xml"),
-        ),
+        Path | None, opt.writes("-o --output", "File to write (csv, xml), by default beside the input.", ".csv", ".xml")
     ] = None,
     categories: opt.Categories = None,
     extrapolated: opt.Extrapolated = False,
@@ -254,35 +224,27 @@ def export(
     """Write curves or walls for another program."""
     from damagepred.archive.files import read_dataset
     from damagepred.archive.folder import open_study
-    from damagepred.exports import curves_frame, export_curves, walls_frame, write_csv
+    from damagepred.exports import curves_frame, export_curves, walls_frame
     from damagepred.uq.fragility import fit_fragility
 
     wanted = terminal.categories(categories)
     place = output or path.with_name(f"{path.stem}_{form}.csv")
     if form == "walls":
-        write_csv(walls_frame(open_study(path)), place)
-        terminal.note(f"wrote {place}")
+        opt.keep_table(walls_frame(open_study(path)), place)
         return
     curves = fit_fragility(open_study(path), categories=wanted) if path.is_dir() else read_dataset(path)
     if form == "curves":
-        write_csv(curves_frame(curves), place)
-        terminal.note(f"wrote {place}")
-        return
-    for file in export_curves(curves, form, output or path, wanted, extrapolated):
-        terminal.note(f"wrote {file}")
+        opt.keep_table(curves_frame(curves), place)
+    else:
+        opt.say_written(*export_curves(curves, form, output or path, wanted, extrapolated))
 
 
 @opt.app.command()
 def sensitivity(
     folder: opt.StudyFolderPath,
-    category: Annotated[
-        Any,
-        typer.Option("--category", parser=terminal.category, metavar="NUMBER|NAME", help="Category of the capacity."),
-    ] = None,
-    result: Annotated[str | None, typer.Option("--of", help="Of this result, at the end of the movement.")] = None,
-    at: Annotated[
-        str | None, typer.Option("--at", metavar="site", help="Of damage at each wall's own movement.")
-    ] = None,
+    category: Annotated[Any, opt.category_option("Category of the capacity.")] = None,
+    result: Annotated[str | None, Option("--of", help="Of this result, at the end of the movement.")] = None,
+    at: Annotated[str | None, Option("--at", metavar="site", help="Of damage at each wall's own movement.")] = None,
     wall: opt.Wall = None,
     plot: opt.Picture = None,
     output: opt.NetcdfFile = None,
@@ -307,55 +269,42 @@ def sensitivity(
         study_of(folder, wall), category=chosen, output=result, own_ground=at is not None, confidence=confidence
     )
     opt.keep_curves(indices, output, plot)
-    if json:
-        terminal.print_json(indices)
-    else:
-        tables.sensitivity_tables(indices)
+    terminal.answer(indices, tables.sensitivity_tables)
 
 
 @opt.app.command()
 def plot(
     path: opt.WallOrStudy,
-    output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder for pictures.", callback=opt.output_check())
-    ] = Path("pictures"),
+    output: Annotated[Path, opt.writes("-o --output", "Folder for pictures.")] = Path("pictures"),
     gif: Annotated[
-        Path | None,
-        typer.Option(
-            "--gif", help="Moving picture of a wall's path instead.", callback=opt.output_check(".gif", new_folder=True)
-        ),
+        Path | None, opt.writes("--gif", "Moving picture of a wall's path instead.", ".gif", new_folder=True)
     ] = None,
     quiet: opt.Quiet = False,
 ) -> None:
     """Draw a solved wall or a study."""
+    from damagepred.errors import InputError
+    from damagepred.plotting import save_animation, save_study_pictures
+
     ds = opt.open_result(path)
     if gif is not None:
-        from damagepred.errors import InputError
-        from damagepred.plotting import save_animation
-
         if "sample" in ds.sizes:
             raise InputError(
                 f"--gif {gif}: goes with one wall; `damagepred replay {path} SAMPLE -o wall.nc` solves one."
             )
         opt.say_pictures([save_animation(ds, gif)])
-        return
-    if path.is_dir() or "sample" in ds.sizes:  # a study, or one judged again
-        from damagepred.plotting import save_study_pictures
-
+    elif path.is_dir() or "sample" in ds.sizes:  # a study, or one judged again
         opt.say_pictures(save_study_pictures(ds, output))
-        return
-    if "contact_opening" not in ds:
-        from damagepred.errors import InputError
-
+    elif "contact_opening" not in ds:
         raise InputError(f"{path}: is not the result of solve or replay (it has no contact_opening).")
-    opt.keep_wall(ds, None, output)
+    else:
+        opt.keep_wall(ds, None, output)
 
 
 @opt.app.command("scales")
 def scales_command(
     path: opt.WallOrStudy,
     increment: Annotated[
-        int | None, typer.Option("--increment", help="Of which increment; by default of all.", min=0)
+        int | None, Option("--increment", help="Of which increment; by default of all.", min=0)
     ] = None,
     output: opt.NetcdfFile = None,
     plot: opt.Picture = None,
@@ -369,38 +318,28 @@ def scales_command(
 
     agreement = compare_scales(opt.open_result(path), increment)
     opt.keep_curves(agreement, output, plot)
-    if json:
-        terminal.print_json(agreement)
-        return
-    tables.scales(agreement)
+    terminal.answer(agreement, tables.scales)
 
 
 @opt.app.command()
 def report(
     path: opt.WallOrStudy,
     measures: Annotated[
-        list[Path] | None, typer.Argument(help="Folders of the same study with measures, to compare.")
+        list[Path] | None, Argument(help="Folders of the same study with measures, to compare.")
     ] = None,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            help="HTML file to write; by default beside the input.",
-            callback=opt.output_check(".html", ".htm"),
-        ),
+        Path | None, opt.writes("-o --output", "HTML file to write; by default beside the input.", ".html", ".htm")
     ] = None,
     at: Annotated[
-        str | None,
-        typer.Option("--at", help='Movement ("60 mm"), site class ("H1") or "site", for which the summary answers.'),
+        str | None, Option(help='Movement ("60 mm"), site class ("H1") or "site", for which the summary answers.')
     ] = None,
     confidence: opt.Confidence = 0.9,
-    bootstrap: Annotated[int, typer.Option(help="Resamples for the bands of curves.", min=0)] = 1000,
+    bootstrap: Annotated[int, Option(help="Resamples for the bands of curves.", min=0)] = 1000,
     no_replay: Annotated[
-        bool, typer.Option("--no-replay", help="Do not solve a typical wall of a study again to draw it.")
+        bool, Option("--no-replay", help="Do not solve a typical wall of a study again to draw it.")
     ] = False,
     posterior: Annotated[
-        Path | None, typer.Option("--posterior", help="Back-analysis of the study (infer -o), which gets a section.")
+        Path | None, Option("--posterior", help="Back-analysis of the study (infer -o), which gets a section.")
     ] = None,
     quiet: opt.Quiet = False,
 ) -> None:
@@ -420,4 +359,4 @@ def report(
             measures=measures or [],
             on_step=bar.step,
         )
-    terminal.note(f"wrote {place}")
+    opt.say_written(place)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Exit, Option
 
 from damagepred.cli import options as opt
 from damagepred.cli import terminal
@@ -17,17 +17,15 @@ from damagepred.cli.walls import _ask_back, _say_ground
 @opt.app.command()
 def study(
     file: opt.StudyFile,
-    samples: Annotated[int | None, typer.Option("-n", "--samples", min=1, help="Walls in all.")] = None,
+    samples: Annotated[int | None, Option("-n", "--samples", min=1, help="Walls in all.")] = None,
     workers: opt.Workers = 1,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Study folder (*.dp).", callback=opt.output_check())
-    ] = None,
+    output: Annotated[Path | None, opt.writes("-o --output", "Study folder (*.dp).")] = None,
     seed: opt.Seed = None,
     timeout: opt.Timeout = None,
-    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run failed walls again.")] = False,
+    retry_failed: Annotated[bool, Option("--retry-failed", help="Run failed walls again.")] = False,
     mix_versions: opt.MixVersions = False,
     scheduler: Annotated[
-        str | None, typer.Option("--scheduler", help="Run on the workers of this Dask scheduler (tcp://HOST:PORT).")
+        str | None, Option("--scheduler", help="Run on the workers of this Dask scheduler (tcp://HOST:PORT).")
     ] = None,
     yes: opt.Yes = False,
     quiet: opt.Quiet = False,
@@ -73,17 +71,17 @@ def study(
     terminal.cautions(study_cautions(StudyFolder(folder).results(STUDIED)))
     if summary.interrupted:
         terminal.say("all finished walls are stored; the same command goes on from here")
-        raise typer.Exit(opt.INTERRUPTED)
+        raise Exit(opt.INTERRUPTED)
     if summary.failed:
         terminal.say(f"reasons of the failures: {folder / 'failures'}", error=True)
-        raise typer.Exit(opt.SOME_FAILED)
+        raise Exit(opt.SOME_FAILED)
 
 
 @opt.app.command()
 def status(
     folder: opt.StudyFolderPath,
-    watch: Annotated[bool, typer.Option("--watch", help="Show it again and again, until all is done.")] = False,
-    every: Annotated[float, typer.Option("--every", min=0.1, help="Seconds between two looks of --watch.")] = 5.0,
+    watch: Annotated[bool, Option("--watch", help="Show it again and again, until all is done.")] = False,
+    every: Annotated[float, Option("--every", min=0.1, help="Seconds between two looks of --watch.")] = 5.0,
     json: opt.Json = False,
     full: opt.Full = False,
     quiet: opt.Quiet = False,
@@ -95,19 +93,16 @@ def status(
     if watch:
         terminal.silent()
     for report in watching(folder, every) if watch else (study_status(folder),):
-        if json:
-            terminal.print_json(report, without=["cautions"])
-            continue
-        if watch:
+        if watch and not json:
             terminal.clear()
-        tables.status(report)
+        terminal.answer(report, tables.status, without=["cautions"])
 
 
 @opt.app.command()
 def verify(
-    path: Annotated[Path, typer.Argument(help="Study folder (*.dp), or file (*.nc).", show_default=False)],
+    path: Annotated[Path, Argument(help="Study folder (*.dp), or file (*.nc).", show_default=False)],
     samples: Annotated[
-        int, typer.Option("--samples", help="Number of walls to solve again and compare bit by bit.", min=0)
+        int, Option("--samples", help="Number of walls to solve again and compare bit by bit.", min=0)
     ] = 0,
 ) -> None:
     """Check a study folder or a file: exit code 0 if it is sound, 2 if damaged, 3 if walls solved again differ."""
@@ -119,9 +114,9 @@ def verify(
     if verification.damaged:
         if path.is_dir():
             terminal.say(f"next: damagepred repair {path}", error=True)
-        raise typer.Exit(opt.BAD_INPUT)
+        raise Exit(opt.BAD_INPUT)
     if verification.differing:
-        raise typer.Exit(opt.SOME_FAILED)
+        raise Exit(opt.SOME_FAILED)
 
 
 @opt.app.command()
@@ -138,18 +133,16 @@ def rare(
     category: opt.Category,
     at: opt.AtMovement,
     samples: Annotated[
-        int | None, typer.Option("-n", "--samples", min=10, help="Walls a level of a run; 200 in a new folder.")
+        int | None, Option("-n", "--samples", min=10, help="Walls a level of a run; 200 in a new folder.")
     ] = None,
     runs: Annotated[
-        int | None, typer.Option("--runs", min=1, help="Independent runs, which tell the error; 5 in a new folder.")
+        int | None, Option("--runs", min=1, help="Independent runs, which tell the error; 5 in a new folder.")
     ] = None,
     workers: opt.Workers = 1,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder (*.rare).", callback=opt.output_check())
-    ] = None,
+    output: Annotated[Path | None, opt.writes("-o --output", "Folder (*.rare).")] = None,
     seed: opt.Seed = None,
-    level_share: Annotated[float, typer.Option(help="Share of a level's walls that the next starts from.")] = 0.1,
-    reach: Annotated[float, typer.Option(help="Factor on the movement to which walls are solved.")] = 2.0,
+    level_share: Annotated[float, Option(help="Share of a level's walls that the next starts from.")] = 0.1,
+    reach: Annotated[float, Option(help="Factor on the movement to which walls are solved.")] = 2.0,
     timeout: opt.Timeout = None,
     yes: opt.Yes = False,
     mix_versions: opt.MixVersions = False,
@@ -166,9 +159,8 @@ def rare(
 
     movement, settings = terminal.quantity("--at", at, "m"), StudySettings.from_toml(file).with_samples(None, seed)
     if isinstance(category, str):
-        category = numbered_category(
-            category, {name: i for i, name in enumerate(settings.damage_table.category_names) if i}
-        )
+        names = settings.damage_table.category_names
+        category = numbered_category(category, {name: i for i, name in enumerate(names) if i})
     question = Question(category, movement, reach)
     folder = output or file.with_suffix(".rare")
     sizes = {"samples": 200, "runs": 5} | kept_sizes(folder)
@@ -189,16 +181,14 @@ def rare(
         terminal.print_json(result)
     terminal.lines(rare_lines(result, question))
     if result.failed:
-        raise typer.Exit(opt.SOME_FAILED)
+        raise Exit(opt.SOME_FAILED)
 
 
 @opt.app.command("design")
 def design_command(
-    file: Annotated[Path, typer.Argument(help="File of the choices (TOML).", show_default=False)],
+    file: Annotated[Path, Argument(help="File of the choices (TOML).", show_default=False)],
     workers: opt.Workers = 1,
-    folder: Annotated[
-        Path | None, typer.Option("--folder", help="Folder of the alternatives' studies.", callback=opt.output_check())
-    ] = None,
+    folder: Annotated[Path | None, opt.writes("--folder", "Folder of the alternatives' studies.")] = None,
     output: opt.NetcdfFile = None,
     plot: opt.Picture = None,
     json: opt.Json = False,
@@ -219,28 +209,20 @@ def design_command(
             on_walls=bar.walls,
         )
     opt.keep_curves(search, output, plot)
-    if json:
-        terminal.print_json(search)
-        return
-    tables.design_search(search)
+    terminal.answer(search, tables.design_search)
 
 
 @opt.app.command("portfolio")
 def portfolio_command(
-    houses: Annotated[Path, typer.Argument(help="Table of houses (CSV, xlsx), one row each.", show_default=False)],
+    houses: Annotated[Path, Argument(help="Table of houses (CSV, xlsx), one row each.", show_default=False)],
     file: opt.StudyFile,
-    samples: Annotated[int | None, typer.Option("-n", "--samples", min=1, help="Walls per house.")] = None,
+    samples: Annotated[int | None, Option("-n", "--samples", min=1, help="Walls per house.")] = None,
     workers: opt.Workers = 1,
-    folder: Annotated[
-        Path | None, typer.Option("--folder", help="Folder of the houses' studies.", callback=opt.output_check())
-    ] = None,
+    folder: Annotated[Path | None, opt.writes("--folder", "Folder of the houses' studies.")] = None,
     at: opt.MovementOrClass = "site",
     output: opt.NetcdfFile = None,
-    table: Annotated[
-        Path | None,
-        typer.Option("--table", help="Table to write (csv, gpkg).", callback=opt.output_check(".csv", ".gpkg")),
-    ] = None,
-    crs: Annotated[str | None, typer.Option("--crs", help="Coordinate system of eastings, such as EPSG:28354.")] = None,
+    table: Annotated[Path | None, opt.writes("--table", "Table to write (csv, gpkg).", ".csv", ".gpkg")] = None,
+    crs: Annotated[str | None, Option("--crs", help="Coordinate system of eastings, such as EPSG:28354.")] = None,
     plot: opt.Picture = None,
     json: opt.Json = False,
     full: opt.Full = False,
@@ -270,11 +252,8 @@ def portfolio_command(
         )
     if table is not None:
         write_portfolio(street, table, crs)
-        terminal.note(f"wrote {table}")
+        opt.say_written(table)
     opt.keep_curves(street, output, plot)
-    if json:
-        terminal.print_json(street)
-    else:
-        tables.portfolio(street)
+    terminal.answer(street, tables.portfolio)
     if street["failed"].any():
-        raise typer.Exit(opt.SOME_FAILED)
+        raise Exit(opt.SOME_FAILED)

@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass
 from typing import IO, TYPE_CHECKING, Any, Self, cast
 
@@ -257,6 +257,14 @@ def print_json(result: Any, without: Sequence[str] = ()) -> None:
     for name in without:
         del values[name]
     _OUTPUT.write(json.dumps(values, indent=1, allow_nan=False) + "\n")
+
+
+def answer(result: Any, show: Callable[[Any], object], without: Sequence[str] = ()) -> None:
+    """Print a result as JSON if the command is asked to, otherwise show it."""
+    if FORM.json:
+        print_json(result, without)
+    else:
+        show(result)
 
 
 def _plain(value: Any) -> Any:

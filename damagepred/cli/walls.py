@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-import typer
+from typer import Argument, Exit, Option
 
 from damagepred.cli import options as opt
 from damagepred.cli import terminal
@@ -15,28 +16,19 @@ if TYPE_CHECKING:
     from damagepred.scene import Scene
 
 
+_Template = Literal[
+    "wall", "mound", "jacks", "control-joint", "seasons", "tree", "end-settlement", "soil-log", "survey", "house"
+]
+_TEMPLATES = (
+    "Ground of prescribed form, clay of class H1, test rig, clay and a joint, thirty years, a tree at one end, an end "
+    "that settles, a soil log, cracks and levels of a survey, or walls in plan beside a tree."
+)
+
+
 @opt.app.command()
 def new(
-    file: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],
-    template: Annotated[
-        Literal[
-            "wall",
-            "mound",
-            "jacks",
-            "control-joint",
-            "seasons",
-            "tree",
-            "end-settlement",
-            "soil-log",
-            "survey",
-            "house",
-        ],
-        typer.Option(
-            "--template",
-            help="Ground of prescribed form, clay of class H1, test rig, clay and a joint, thirty years, a tree at one "
-            "end, an end that settles, a soil log, cracks and levels of a survey, or walls in plan beside a tree.",
-        ),
-    ] = "wall",
+    file: Annotated[Path, Argument(help="File to write.", show_default=False)],
+    template: Annotated[_Template, Option("--template", help=_TEMPLATES)] = "wall",
 ) -> None:
     """Write a commented study as a template."""
     from damagepred.campaign.template import write_template
@@ -72,10 +64,8 @@ def check(
             terminal.note(f"drew {save_scene_picture(settings.mean_wall()[0] if settings else described, plot)}")
     with terminal.Bar("solving one wall to price the run") as bar:
         estimate = estimate_cost(file, on_step=bar.step, limits=Limits.asked(yes))
-    if json:
-        terminal.print_json(estimate, without=["cautions", "accuracy", "ground", "site", "wall", "moving", "sampled"])
-        return
-    terminal.lines(cost_lines(estimate, full))
+    without = ["cautions", "accuracy", "ground", "site", "wall", "moving", "sampled"]
+    terminal.answer(estimate, lambda cost: terminal.lines(cost_lines(cost, full)), without)
 
 
 @opt.app.command()
@@ -83,7 +73,7 @@ def solve(
     file: opt.SceneOrStudyFile,
     output: opt.NetcdfFile = None,
     plot: opt.PictureFolder = None,
-    no_zones: Annotated[bool, typer.Option("--no-zones", help="Keep no stresses in deformable blocks.")] = False,
+    no_zones: Annotated[bool, Option("--no-zones", help="Keep no stresses in deformable blocks.")] = False,
     timeout: opt.Timeout = None,
     yes: opt.Yes = False,
     full: opt.Full = False,
@@ -115,13 +105,13 @@ def solve(
         terminal.say(f"{mean_wall}\n{beyond_mean_wall(ds, settings, file)}")
     tables.wall_table(ds)
     _say_ground(described, settings)
-    raise typer.Exit(opt.exit_code(ds))
+    raise Exit(opt.exit_code(ds))
 
 
 @opt.app.command()
 def replay(
     folder: opt.StudyFolderPath,
-    sample: Annotated[int, typer.Argument(help="Number of the sample, from 0.", min=0, show_default=False)],
+    sample: Annotated[int, Argument(help="Number of the sample, from 0.", min=0, show_default=False)],
     output: opt.NetcdfFile = None,
     plot: opt.PictureFolder = None,
     full: opt.Full = False,
@@ -136,16 +126,13 @@ def replay(
     opt.keep_wall(ds, output, plot)
     tables.wall_table(ds)
     terminal.say(comparison)
-    raise typer.Exit(opt.exit_code(ds))
+    raise Exit(opt.exit_code(ds))
 
 
 @opt.app.command("cracks")
 def cracks_command(
-    file: Annotated[Path, typer.Argument(help="Result of solve or replay (*.nc).", show_default=False, is_eager=True)],
-    csv: Annotated[
-        Path | None,
-        typer.Option("--csv", help="CSV file to write, with all increments.", callback=opt.output_check(".csv")),
-    ] = None,
+    file: Annotated[Path, Argument(help="Result of solve or replay (*.nc).", show_default=False, is_eager=True)],
+    csv: Annotated[Path | None, opt.writes("--csv", "CSV file to write, with all increments.", ".csv")] = None,
     output: opt.NetcdfFile = None,
     json: opt.Json = False,
     full: opt.Full = False,
@@ -154,41 +141,34 @@ def cracks_command(
     """Show the cracks of a solved wall at the end of its path, one by one."""
     from damagepred.archive.files import read_dataset
     from damagepred.cli import tables
-    from damagepred.exports import write_csv
     from damagepred.results.wall_cracks import crack_frame
     from damagepred.results.wall_cracks import cracks as cracks_of
 
     cracks = cracks_of(read_dataset(file))
     if csv is not None:
-        write_csv(crack_frame(cracks, None), csv, index=False)
-        terminal.note(f"wrote {csv}")
+        opt.keep_table(crack_frame(cracks, None), csv, index=False)
     opt.keep_wall(cracks, output)
-    if json:
-        terminal.print_json(crack_frame(cracks))
-    else:
-        tables.crack_table(cracks, crack_frame(cracks))
+    terminal.answer(crack_frame(cracks), partial(tables.crack_table, cracks))
 
 
 @opt.app.command("judge")
 def judge_command(
     path: opt.WallOrStudy,
     table: Annotated[
-        str | None, typer.Option("--table", help="as2870, bre251, or a file (*.toml) written like data/damage.")
+        str | None, Option("--table", help="as2870, bre251, or a file (*.toml) written like data/damage.")
     ] = None,
     plasterboard: Annotated[
-        bool | None, typer.Option("--plasterboard/--no-plasterboard", help="Limits for walls lined with it.")
+        bool | None, Option("--plasterboard/--no-plasterboard", help="Limits for walls lined with it.")
     ] = None,
-    count_rule: Annotated[
-        bool | None, typer.Option("--groups/--no-groups", help="Whether groups of cracks count.")
-    ] = None,
-    group_count: Annotated[int | None, typer.Option("--group-count", help="Cracks that make a group.")] = None,
+    count_rule: Annotated[bool | None, Option("--groups/--no-groups", help="Whether groups of cracks count.")] = None,
+    group_count: Annotated[int | None, Option("--group-count", help="Cracks that make a group.")] = None,
     group_distance: Annotated[
-        str | None, typer.Option("--group-distance", help='Within which they lie, such as "1 m"; of one wall only.')
+        str | None, Option("--group-distance", help='Within which they lie, such as "1 m"; of one wall only.')
     ] = None,
     measure: opt.Measure = None,
     footing_gap: opt.FootingGap = None,
     band_gauge: Annotated[
-        str | None, typer.Option("--band-gauge", help='Length laid across a band, such as "1 m"; of one wall only.')
+        str | None, Option("--band-gauge", help='Length laid across a band, such as "1 m"; of one wall only.')
     ] = None,
     output: opt.NetcdfFile = None,
     full: opt.Full = False,
