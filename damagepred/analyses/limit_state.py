@@ -81,8 +81,7 @@ class Margin(NamedTuple):
     why: str = ""  # reason of a failure
 
 
-NOTHING_KNOWN = Margin(-1.0, np.inf)
-"""Margin of a wall without any increment."""
+NOTHING_KNOWN = Margin(-1.0, np.inf)  # margin of a wall without any increment
 
 
 @one_blas_thread()

@@ -54,10 +54,8 @@ SHORT_NAMES = {
     **{key: f"movement.{key}" for key in ("settlement", "central_deflection")},
 }
 """Short names of columns, and the keys of the scene that they set."""
-PLACES = ("longitude", "latitude", "easting", "northing")
-"""Columns of coordinates, copied to the result."""
-QUESTIONS = ("at", "site_class")
-"""Columns with the movement at which the damage of a house is asked for."""
+PLACES = ("longitude", "latitude", "easting", "northing")  # columns of coordinates, copied to the result
+QUESTIONS = ("at", "site_class")  # columns with the movement at which the damage of a house is asked for
 
 
 @dataclass(frozen=True)

@@ -29,8 +29,7 @@ _MOVED_BY = {
 }
 """Table and key of a scene with the largest value of a measure."""
 
-DATES = 61
-"""Dates of the drawn movement."""
+DATES = 61  # dates of the drawn movement
 
 
 def movement_cdf(walls: StoredWalls, weight: FloatArray, points: FloatArray) -> FloatArray:

@@ -19,18 +19,13 @@ from damagepred.uq.movement_distribution import MovementDistribution
 from damagepred.uq.observations import Observations
 from damagepred.uq.samplers import unit_points
 
-CELLS = 400_000
-"""States times histories whose likelihood is computed at a time: some arrays of 3 MB."""
-
+CELLS = 400_000  # states times histories whose likelihood is computed at a time: some arrays of 3 MB
 ROUNDS, WALLS, DEFENSIVE, KERNEL, MORE = 8, 60, 0.2, 0.5, 4
 """Population Monte Carlo: most rounds, walls that guide them, share drawn from the prior, kernel over the scatter; and
 factor on the draws of the last three rounds."""
 
-LIKELY = 64
-"""Histories, the likeliest, among which the least misfit is looked for."""
-
-DRAWN = 4000
-"""Histories drawn from the posterior: shares are known to 0.8 %."""
+LIKELY = 64  # histories, the likeliest, among which the least misfit is looked for
+DRAWN = 4000  # histories drawn from the posterior: shares are known to 0.8 %
 
 
 def chosen_samples(weight: FloatArray, count: int) -> tuple[IntArray, FloatArray]:

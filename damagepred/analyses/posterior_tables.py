@@ -10,9 +10,7 @@ from damagepred.results.tables import Table
 from damagepred.uq.intensity import ShownMeasure, shown_measure
 from damagepred.uq.observations import ANOTHER
 
-LARGEST_ODDS = 100.0
-"""Limit of odds: the uncertainty of the model is larger."""
-
+LARGEST_ODDS = 100.0  # limit of odds: the uncertainty of the model is larger
 UNCERTAIN = 0.05
 """Share of the posterior at the end of the paths, and width of bounds, above which the result has advice."""
 

@@ -45,15 +45,9 @@ from damagepred.scene import BlockMaterial, Joint, Solver
 GRAVITY = 9.81
 """Acceleration of gravity (m/s2)."""
 
-BEARING_WIDTH = 1e-4
-"""Width of a bearing (m): a knife edge, on which a block turns almost freely."""
-
-LARGEST_DISPLACEMENT = 1e4
-"""Limit of input (m, rad): above it, a mistaken unit is likely."""
-
-LARGEST_STRAIN = 0.01
-"""Strain of a block, as in ``[strain]``."""
-
+BEARING_WIDTH = 1e-4  # width of a bearing (m): a knife edge, on which a block turns almost freely
+LARGEST_DISPLACEMENT = 1e4  # limit of input (m, rad): above it, a mistaken unit is likely
+LARGEST_STRAIN = 0.01  # strain of a block, as in ``[strain]``
 NO_JAMBS = Jambs.none()
 
 NEVER_CUT = (ContactKind.SUPPORT, ContactKind.CONTROL_JOINT)
@@ -408,13 +402,7 @@ class Assembly:
 
     @checked
     def load(
-        self,
-        block: int,
-        *,
-        x: float = 0.0,
-        y: float = 0.0,
-        moment: float = 0.0,
-        at: tuple[float, float] | None = None,
+        self, block: int, *, x: float = 0.0, y: float = 0.0, moment: float = 0.0, at: tuple[float, float] | None = None
     ) -> None:
         """Add a dead load to a block.
 
@@ -431,13 +419,7 @@ class Assembly:
 
     @checked
     def push(
-        self,
-        block: int,
-        *,
-        x: float = 0.0,
-        y: float = 0.0,
-        moment: float = 0.0,
-        at: tuple[float, float] | None = None,
+        self, block: int, *, x: float = 0.0, y: float = 0.0, moment: float = 0.0, at: tuple[float, float] | None = None
     ) -> None:
         """Add a live load to a block: 0 under the dead load, then in proportion to the movement.
 
@@ -485,11 +467,7 @@ class Assembly:
     # -- building -----------------------------------------------------------------------------------------------
 
     @checked
-    def geometry(
-        self,
-        solver: Solver | None = None,
-        no_tension: frozenset[ContactKind] = frozenset(),
-    ) -> Geometry:
+    def geometry(self, solver: Solver | None = None, no_tension: frozenset[ContactKind] = frozenset()) -> Geometry:
         """Find the interfaces and place their contacts.
 
         Parameters
@@ -574,12 +552,7 @@ class Assembly:
 
     @checked
     @one_blas_thread()
-    def build(
-        self,
-        solver: Solver | None = None,
-        fields: Fields | None = None,
-        span: float | None = None,
-    ) -> Model:
+    def build(self, solver: Solver | None = None, fields: Fields | None = None, span: float | None = None) -> Model:
         """Model for the solvers.
 
         Parameters

@@ -27,8 +27,7 @@ from damagepred.scene import BlockMaterial, Joint, Scene
 
 STIFF = 100.0
 """Stiffness of the middle of an unbroken brick over the stiffness of the brick: it adds 1 % to the flexibility."""
-NEAR = 0.8
-"""Share of the strength from which bricks are solved in halves; stresses between increments may be larger."""
+NEAR = 0.8  # share of the strength from which bricks are solved in halves; stresses between increments may be larger
 
 
 def bricks_break(scene: Scene) -> bool:

@@ -21,8 +21,7 @@ An order of magnitude is enough to refuse mistaken units; ``damagepred check`` t
 QUASI_STATIC_EVALUATIONS, QUASI_STATIC_FACTORISATIONS, DYNAMIC_EVALUATIONS = 250, 1.25, 4
 """Evaluations of all contacts and factorisations in a quasi-static increment; evaluations in a step of a run in time,
 with contact detection."""
-SETTLING_CYCLES = 3000
-"""Cycles of the explicit solver from the end of a ramp to equilibrium."""
+SETTLING_CYCLES = 3000  # cycles of the explicit solver from the end of a ramp to equilibrium
 
 
 @dataclass(frozen=True)

@@ -25,12 +25,9 @@ from damagepred.assembly.section import Sections, concrete_sections
 from damagepred.enumerations import ContactKind
 from damagepred.scene import Footing, Joint, Scene
 
-SHEAR_AREA = 5.0 / 6.0
-"""Share of a rectangle's area that carries shear, kappa."""
-GUIDING_STIFFNESS = 1e-6
-"""Shear stiffness over normal stiffness of supports that only guide a wall or footing."""
-UNLIMITED_STRENGTH = 1e13
-"""Strength (Pa) above any stress, and small enough for the laws to calculate with."""
+SHEAR_AREA = 5.0 / 6.0  # share of a rectangle's area that carries shear, kappa
+GUIDING_STIFFNESS = 1e-6  # shear stiffness over normal stiffness of supports that only guide a wall or footing
+UNLIMITED_STRENGTH = 1e13  # strength (Pa) above any stress, and small enough for the laws to calculate with
 
 
 class Foundation(NamedTuple):

@@ -14,8 +14,7 @@ from damagepred.assembly.geometry import mass_properties
 from damagepred.assembly.mesh import HalfMesh, Mesh, half_mesh
 from damagepred.assembly.model import Blocks, Interfaces
 
-MIRRORED = np.array([-1.0, 1.0, -1.0])
-"""Signs of x, y and rotation in a mirror."""
+MIRRORED = np.array([-1.0, 1.0, -1.0])  # signs of x, y and rotation in a mirror
 
 
 class MirrorImage(NamedTuple):

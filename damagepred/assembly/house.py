@@ -42,12 +42,9 @@ from damagepred.scene.plan import Junction
 
 NODE_STIFFNESS = 1e13
 """Shear stiffness between footings that meet (Pa/m): some hundred times stiffer than a segment of a strip footing."""
-NORMAL_SHARE = 1e-12
-"""Normal over shear stiffness of a corner: next to none, but the joint laws divide by it (1)."""
-SPACING = 1.0
-"""Distance between neighbouring walls in the unfolded elevation (m)."""
-TOUCHING = 1e-6
-"""Overlap of blocks that counts (m)."""
+NORMAL_SHARE = 1e-12  # normal over shear stiffness of a corner: next to none, but the joint laws divide by it (1)
+SPACING = 1.0  # distance between neighbouring walls in the unfolded elevation (m)
+TOUCHING = 1e-6  # overlap of blocks that counts (m)
 
 
 class CornerPairs(NamedTuple):

@@ -173,9 +173,7 @@ def place_contacts(
     )
 
 
-Profile = Callable[[FloatArray], FloatArray]
-"""Displacement of the ground: x (m) -> m."""
-
+Profile = Callable[[FloatArray], FloatArray]  # displacement of the ground: x (m) -> m
 Growth = Callable[[FloatArray, float], FloatArray]
 """Displacement of a ground whose form changes: x (m), load factor -> m."""
 

@@ -11,8 +11,7 @@ from damagepred.arrays import BoolArray, FloatArray
 if TYPE_CHECKING:
     from damagepred.scene import Creep
 
-Pair = tuple[FloatArray, FloatArray]
-"""Along normal and tangent of each contact, arrays (m, q)."""
+Pair = tuple[FloatArray, FloatArray]  # along normal and tangent of each contact, arrays (m, q)
 
 
 class JointCreep(NamedTuple):

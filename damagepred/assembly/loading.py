@@ -20,8 +20,7 @@ from damagepred.scene.loading import force_of, strip_of
 from damagepred.scene.wall import EDGE_TOLERANCE
 
 _WHOLE_TOP = Load()
-POINT = 1e-6
-"""Half the width of a load at a point, over the wall's length: on a perpend it acts on both bricks."""
+POINT = 1e-6  # half the width of a load at a point, over the wall's length: on a perpend it acts on both bricks
 
 
 class Sides(NamedTuple):

@@ -19,10 +19,8 @@ from damagepred.errors import InputError
 
 SHORTEST_CELL = 1e-6
 """Shortest edge of a cell over the longest: gridpoints are joined by their coordinates, which are rounded."""
-MOST_ZONES = 2_000_000
-"""Limit of input, in zones: above it, a mistaken unit is likely."""
-LANES = 8
-"""Blocks of one pattern that lie side by side in memory: the float64 lanes of the widest registers."""
+MOST_ZONES = 2_000_000  # limit of input, in zones: above it, a mistaken unit is likely
+LANES = 8  # blocks of one pattern that lie side by side in memory: the float64 lanes of the widest registers
 
 
 class Pattern(NamedTuple):

@@ -12,11 +12,8 @@ from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.model import Supports
 from damagepred.errors import InputError
 
-Where = Callable[[FloatArray, FloatArray], BoolArray]
-"""Points x, y (m) -> mask of the chosen points."""
-Amount = float | Callable[[FloatArray, FloatArray], FloatArray]
-"""A number, or a function of x, y (m)."""
-
+Where = Callable[[FloatArray, FloatArray], BoolArray]  # points x, y (m) -> mask of the chosen points
+Amount = float | Callable[[FloatArray, FloatArray], FloatArray]  # a number, or a function of x, y (m)
 GAUSS = (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12))
 """Gauss points of a traction along a facet: exact up to the third degree."""
 

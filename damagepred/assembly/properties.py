@@ -12,8 +12,7 @@ from damagepred.assembly.model import BlockLaw, Blocks, Interfaces, JointPropert
 from damagepred.kernels.joint.softening import EXPONENTIAL_SHAPE
 from damagepred.scene import BlockMaterial, Joint
 
-BRITTLE_SLIP = 1.1
-"""Least slip at which a bond is lost over that at first slip, below which the joint is made brittle."""
+BRITTLE_SLIP = 1.1  # least slip at which a bond is lost over that at first slip, below which the joint is made brittle
 
 #: Values that vary from joint to joint: for a material's number, field name -> one value for each joint.
 Fields = Mapping[int, Mapping[str, FloatArray]]

@@ -9,19 +9,13 @@ from numpy.typing import ArrayLike
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
-from damagepred.kernels.concrete_section.law import (
-    BRANSON,
-    CRACKED,
-    commit_earlier_moment,
-    moment_curvature_diagram,
-)
+from damagepred.kernels.concrete_section.law import BRANSON, CRACKED, commit_earlier_moment, moment_curvature_diagram
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
 
 USABLE_STRENGTH = 0.9
 """Share of the strength of wires and of concrete in compression that the cracked state may use at first cracking."""
-MINIMUM_REINFORCEMENT = 1e-4
-"""Least area of the top wires over the concrete's: without, no cracked state."""
+MINIMUM_REINFORCEMENT = 1e-4  # least area of the top wires over the concrete's: without, no cracked state
 
 
 class Wires(NamedTuple):

@@ -90,8 +90,7 @@ ZONING = (
 """Settings that decide on zones and elastic blocks."""
 MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL, HEAD, BRICK = range(9)
 """Numbers of the joint materials of a wall; BED lies between footing and first course."""
-CREEPING = (MORTAR, DPC, BED, HEAD)
-"""Joint materials that creep."""
+CREEPING = (MORTAR, DPC, BED, HEAD)  # joint materials that creep
 STEP_MARGIN = 1e-9
 """Distance of a contact from the end of its brick, over the brick's half length, at a step of the ground."""
 IN_KIND = np.array([MORTAR, HEAD, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL, BRICK])
@@ -393,11 +392,7 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
         ground = _prescribed(geometry, movement, length)
     else:
         ground = growing_ground(geometry, lambda x, factor: movement.profile(x, length, factor))
-    return replace(
-        model,
-        ground=ground,
-        supports=held_too(model.supports, holds, geometry.mesh),
-    )
+    return replace(model, ground=ground, supports=held_too(model.supports, holds, geometry.mesh))
 
 
 def _prescribed(geometry: Geometry, movement: Movement, length: float) -> GroundMovement:
@@ -436,12 +431,7 @@ def _on_jacks(scene: Scene, model: Model, geometry: Geometry, footing: IntArray)
             f"rig.supports: between {supports[0]:g} and {supports[-1]:g} m the footing is one rigid segment, which no "
             "jack bends; put the supports farther apart, or give a footing.segment_length of less than half of that"
         )
-    return replace(
-        model,
-        span=supports[-1] - supports[0],
-        deflection=deflection,
-        jacks=jacks_model(scene, up),
-    )
+    return replace(model, span=supports[-1] - supports[0], deflection=deflection, jacks=jacks_model(scene, up))
 
 
 def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray) -> Model:
@@ -461,9 +451,7 @@ def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray
         )
     else:
         ground = growing_ground(
-            geometry,
-            scene.ground_rise,
-            lambda x, factor: mound.at(factor).horizontal(x, length, kind),
+            geometry, scene.ground_rise, lambda x, factor: mound.at(factor).horizontal(x, length, kind)
         )
     return replace(
         model,

@@ -37,8 +37,7 @@ from damagepred.scene import Scene
 from damagepred.scene.reading import plain
 from damagepred.solvers.options import SolverOptions
 
-MOST_VALUES = 25_000_000
-"""Limit of the values of joints in a design (200 MB); they follow from the seed."""
+MOST_VALUES = 25_000_000  # limit of the values of joints in a design (200 MB); they follow from the seed
 
 
 class Progress(NamedTuple):
@@ -245,10 +244,7 @@ class Campaign:
                 engine = LocalPool(where, min(workers, requested), timeout, preload=True)
             study = self._resuming(folder) if folder.exists else self
             drawn, status = study._prepare(
-                folder,
-                requested,
-                UNSOLVED if retry_failed else (SampleStatus.MISSING,),
-                mix_versions,
+                folder, requested, UNSOLVED if retry_failed else (SampleStatus.MISSING,), mix_versions
             )
             if retry_failed:
                 failures = set(np.flatnonzero(status == SampleStatus.FAILED).tolist()) | folder.failed_samples()

@@ -29,12 +29,10 @@ from damagepred.scene.assumed import ground_line
 from damagepred.scene.scene import STUDY_KEYS
 from damagepred.scene.what_moves import what_moves
 
-MOST_SAMPLES = 10**9
-"""Largest number of samples: the points of a scrambled Sobol sequence."""
+MOST_SAMPLES = 10**9  # largest number of samples: the points of a scrambled Sobol sequence
 REPEATED_BELOW = 1 / 3
 """Share of the timing limit below which a wall is timed again: the first one also compiles or loads kernels."""
-DESIGN_COPIES = 8
-"""Copies of each input of each sample (8 bytes) while a design is drawn and written."""
+DESIGN_COPIES = 8  # copies of each input of each sample (8 bytes) while a design is drawn and written
 
 
 def require_affordable(settings: StudySettings, limits: Limits, samples: int | None = None) -> None:
@@ -207,10 +205,8 @@ def _timed(
     return time.perf_counter() - began, str(ds.attrs["status"]), tuple(wall_cautions(ds))
 
 
-LARGEST_SILENT_FLOOR = 0.01
-"""Relative error of a reference above which the lines show it."""
-DAMAGE = ("widest crack", "damage category")
-"""Quantities whose error is always shown, or reported as unknown."""
+LARGEST_SILENT_FLOOR = 0.01  # relative error of a reference above which the lines show it
+DAMAGE = ("widest crack", "damage category")  # quantities whose error is always shown, or reported as unknown
 
 
 def accuracy_lines(scene: Scene) -> list[str]:

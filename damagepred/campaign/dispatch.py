@@ -22,20 +22,15 @@ from damagepred.campaign.workers import LocalPool, WorkerDied
 from damagepred.enumerations import FailureKind
 from damagepred.errors import InputError, StudyError, require_number
 
-ATTEMPTS = 2
-"""Runs of a lost sample alone before it counts as failed."""
-MOST_PARTS = 10_000
-"""Approximate limit of the files in a study folder."""
+ATTEMPTS = 2  # runs of a lost sample alone before it counts as failed
+MOST_PARTS = 10_000  # approximate limit of the files in a study folder
 SHORTEST_BATCH, LONGEST_BATCH = 4.0, 30.0
 """Work in a batch (s): long enough to limit the number of files, short enough that a kill loses little."""
-SHARE_OF_REST = 0.5
-"""Largest batch over a worker's share of the remaining samples; a single worker has no limit."""
-TIMEOUT_SHARE = 0.25
-"""Largest work in a batch over the time limit of a sample."""
+SHARE_OF_REST = 0.5  # largest batch over a worker's share of the remaining samples; a single worker has no limit
+TIMEOUT_SHARE = 0.25  # largest work in a batch over the time limit of a sample
 ASSUMED_WORKERS, RECOUNT_INTERVAL = 8, 10.0
 """Workers of an executor of unknown size; interval (s) at which the workers of an executor are counted."""
-INTERRUPT_CHECK = 0.25
-"""Interval (s) of checks for interrupts while samples run."""
+INTERRUPT_CHECK = 0.25  # interval (s) of checks for interrupts while samples run
 
 
 class LostSample(NamedTuple):

@@ -23,11 +23,8 @@ from damagepred.one_wall.solve import solve
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.solvers.options import with_recorded_options
 
-BIT_FOR_BIT = "bit for bit"
-"""First words of the comparison of an identical sample."""
-
-_PATH = ("sample", "increment")
-"""Leading dimensions of the compared results of a path."""
+BIT_FOR_BIT = "bit for bit"  # first words of the comparison of an identical sample
+_PATH = ("sample", "increment")  # leading dimensions of the compared results of a path
 
 
 @lru_cache(maxsize=4)

@@ -43,8 +43,7 @@ from damagepred.scene import House, Scene
 from damagepred.uq.design import Design
 from damagepred.uq.fields import JointPlaces, course_sequences
 
-NOT_STARTED = -1
-"""Status of a sample that was not started because the study is to stop."""
+NOT_STARTED = -1  # status of a sample that was not started because the study is to stop
 
 
 @dataclass(frozen=True)

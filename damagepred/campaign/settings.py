@@ -50,11 +50,8 @@ _REMOVED = {
 }
 """Keys of ``[study]`` in files of older versions, and what to use instead."""
 
-VERSION = "schema_version"
-"""Key of the frozen copy of a study; without it the study is of version 7 or older."""
-
-Stop = Annotated[Any, BeforeValidator(_stop)]
-"""Category at which a path ends, ``"none"``, or None."""
+VERSION = "schema_version"  # key of the frozen copy of a study; without it the study is of version 7 or older
+Stop = Annotated[Any, BeforeValidator(_stop)]  # category at which a path ends, ``"none"``, or None
 
 
 @described

@@ -10,8 +10,7 @@ from damagepred.enumerations import LOCAL
 from damagepred.scene import Scene, SoilLayer, Suction, site_class, site_classes, surface_movement
 from damagepred.scene.scene import step_names
 
-DRAWN = 1024
-"""Draws of the soil, if a study has fewer samples."""
+DRAWN = 1024  # draws of the soil, if a study has fewer samples
 
 
 def surface_movements(settings: StudySettings, samples: int) -> list[float]:

@@ -33,8 +33,7 @@ class WorkerDied(Exception):
     """A worker process ended in the middle of a batch."""
 
 
-FAILED_STARTS = 3
-"""Consecutive workers that die before they are ready until all futures fail."""
+FAILED_STARTS = 3  # consecutive workers that die before they are ready until all futures fail
 EXIT_WAIT, START_LIMIT, PARENT_CHECK = 2.0, 900.0, 1.0
 """Times (s): for a worker that has closed its socket to end with its own exit code; after which a worker that is not
 ready, with its kernels compiled, counts as dead; between two checks of a worker that its parent lives."""

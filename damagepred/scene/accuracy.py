@@ -13,9 +13,7 @@ from typing import Any, Literal, NamedTuple
 
 from damagepred.inputs.data_files import data_file
 
-Accuracy = Literal["draft", "standard", "fine", "reference"]
-"""Names of the presets."""
-
+Accuracy = Literal["draft", "standard", "fine", "reference"]  # names of the presets
 DEFAULTS: dict[str, Any] = {
     "blocks": "elastic",
     "zone_size": None,
@@ -28,10 +26,7 @@ DEFAULTS: dict[str, Any] = {
 
 _DRAFT = {"blocks": "rigid", "quadrature": "midpoint", "contacts_per_interface": 2}
 PRESETS: dict[str, dict[str, dict[str, Any]]] = {
-    "draft": {
-        "quasi_static": _DRAFT,
-        "explicit": {**_DRAFT, "tolerance": 1e-2, "ramp_cycles": 1000},
-    },
+    "draft": {"quasi_static": _DRAFT, "explicit": {**_DRAFT, "tolerance": 1e-2, "ramp_cycles": 1000}},
     "standard": {"quasi_static": {"blocks": "rigid"}, "explicit": {"blocks": "rigid"}},
     "fine": {"quasi_static": {}, "explicit": {}},
     "reference": {

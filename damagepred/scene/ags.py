@@ -22,12 +22,9 @@ from damagepred.scene.quantity import is_number, to_si
 from damagepred.scene.reading import build
 from damagepred.scene.soil_log import SoilLayer
 
-KEYS = ("file", "borehole", "indices")
-"""Keys of an entry of ``[[soil_layer]]`` that names a file."""
-CODES = ("GEOL_GEOL", "GEOL_GEO2", "GEOL_LEG")
-"""Headings with a code of a layer, in the order of the search."""
-GAP = 1e-3
-"""Gap between layers (m) up to which depths are rounded."""
+KEYS = ("file", "borehole", "indices")  # keys of an entry of ``[[soil_layer]]`` that names a file
+CODES = ("GEOL_GEOL", "GEOL_GEO2", "GEOL_LEG")  # headings with a code of a layer, in the order of the search
+GAP = 1e-3  # gap between layers (m) up to which depths are rounded
 NON_PLASTIC = "NP"
 
 

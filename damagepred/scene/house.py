@@ -23,13 +23,10 @@ from damagepred.scene.plan_ground import REACTIVE, GroundSource, Outline, PlanMo
 from damagepred.scene.scene import Scene, step_names
 from damagepred.scene.wall import Wall
 
-OF_EACH_WALL = ("opening", "control_joint", "load")
-"""Tables that a house has per wall."""
+OF_EACH_WALL = ("opening", "control_joint", "load")  # tables that a house has per wall
 ROOF = "loads.roof: belongs to one wall; write [wall.loads] roof = '3 kN/m' below its [[wall]]"
-POINTS_ALONG = 101
-"""Points of the ground along each wall, in the scene of the wall alone."""
-NOT_IN_A_HOUSE = ("support", "loading", "strain", "creep", "dynamics")
-"""Tables of one wall alone."""
+POINTS_ALONG = 101  # points of the ground along each wall, in the scene of the wall alone
+NOT_IN_A_HOUSE = ("support", "loading", "strain", "creep", "dynamics")  # tables of one wall alone
 
 
 @described

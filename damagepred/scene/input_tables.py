@@ -20,15 +20,12 @@ from damagepred.scene.quantity import to_si
 from damagepred.scene.settlement import LEAST_IN_MIDDLE, SETTLEMENTS, ZERO, signed_size
 from damagepred.scene.survey_tables import LEVELS, heights, moved
 
-END_TOLERANCE = 1e-3
-"""Tolerance between the ends of a profile and of the wall, over its length: positions are rounded."""
-SIZE_TOLERANCE = 0.01
-"""Relative tolerance between a given movement and the profile's: figures are rounded."""
+END_TOLERANCE = 1e-3  # tolerance between the ends of a profile and of the wall, over its length: positions are rounded
+SIZE_TOLERANCE = 0.01  # relative tolerance between a given movement and the profile's: figures are rounded
 SIDES = {"doming": 1.0, "heave": 1.0, "dishing": -1.0, "settle": -1.0}
 SIDES |= {word: SIDES[kind] for word, kind in SYNONYMS.items()}
 """Sign of the deflection of each kind of movement."""
-FRACTIONS = ("1", "-", "%")
-"""Units of a column of fractions."""
+FRACTIONS = ("1", "-", "%")  # units of a column of fractions
 SI_UNIT = {"acceleration": "m/s**2", "velocity": "m/s", "displacement": "m"}
 
 

@@ -12,8 +12,7 @@ from damagepred.scene.described import described, require_name
 from damagepred.scene.quantity import Force, Length, LineLoad, Pressure, Pure, Stiffness
 from damagepred.scene.wall import Opening, Wall
 
-SIZES = ("force", "line_load", "pressure")
-"""Keys of the size of a load, of which one is given."""
+SIZES = ("force", "line_load", "pressure")  # keys of the size of a load, of which one is given
 
 
 @described

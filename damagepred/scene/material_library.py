@@ -10,9 +10,7 @@ from typing import Any, NamedTuple
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.data_files import data_file
 
-REMOVED = "none"
-"""Word of a scene that takes away a value or table of its material."""
-
+REMOVED = "none"  # word of a scene that takes away a value or table of its material
 OPTIONAL = {
     *(f"joint.{key}" for key in ("fracture_energy", "shear_fracture_energy", "compressive_strength")),
     "block.tensile_strength",

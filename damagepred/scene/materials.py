@@ -164,10 +164,7 @@ class Joint:
     def _consistent(self) -> Joint:
         if self.dilation > self.friction:
             raise ValueError(f"dilation = {self.dilation:g}: must not exceed friction = {self.friction:g}")
-        for residual, intact in (
-            ("residual_tensile_strength", "tensile_strength"),
-            ("residual_cohesion", "cohesion"),
-        ):
+        for residual, intact in (("residual_tensile_strength", "tensile_strength"), ("residual_cohesion", "cohesion")):
             if getattr(self, residual) > getattr(self, intact):
                 raise ValueError(
                     f"{residual} = {getattr(self, residual):g}: must not exceed {intact} = {getattr(self, intact):g}"

@@ -12,9 +12,7 @@ from damagepred.errors import InputError
 from damagepred.inputs.input_files import LARGEST_TABLE, as_text, opened, read_bytes
 from damagepred.scene.quantity import LARGEST, to_si
 
-HEAD = 10
-"""Lines in which the head ends."""
-
+HEAD = 10  # lines in which the head ends
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _ROW = re.compile(rf"\s*{_NUMBER}(?:\s+{_NUMBER}|(?=[-+]){_NUMBER})*\s*")  # full columns touch at their signs
 _UNITS = re.compile(r"IN UNITS OF\s+([A-Z0-9/*^]+)", re.IGNORECASE)

@@ -17,8 +17,7 @@ from damagepred.scene.materials import BlockMaterial, HeadJoint, Joint, Loads
 from damagepred.scene.quantity import Length, Pressure, Pure, Stiffness, to_si
 from damagepred.scene.wall import ControlJoint, Opening, Wall
 
-PLAN_TOLERANCE = 1e-3
-"""Distance (m) within which walls meet: coordinates of a plan are rounded to millimetres."""
+PLAN_TOLERANCE = 1e-3  # distance (m) within which walls meet: coordinates of a plan are rounded to millimetres
 NARROWEST_PASSAGE = 0.5
 """Distance (m) of a free end from another wall below which it is a mistake in the plan: nobody walks through."""
 

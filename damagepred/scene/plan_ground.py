@@ -21,11 +21,9 @@ from damagepred.scene.number_table import read_number_table
 from damagepred.scene.quantity import Length, Pure
 from damagepred.scene.survey_tables import LEVELS, POSITION, heights, moved
 
-REACTIVE = ("walsh", "mitchell")
-"""Mounds of reactive clay, which span the outline of the house."""
+REACTIVE = ("walsh", "mitchell")  # mounds of reactive clay, which span the outline of the house
 Shape = Literal["walsh", "mitchell", "tree", "pipe", "corner", "tunnel", "tilt", "levels"]
-AT_A_POINT = ("tree", "pipe", "corner", "tunnel")
-"""Shapes that need a point of the plan."""
+AT_A_POINT = ("tree", "pipe", "corner", "tunnel")  # shapes that need a point of the plan
 
 
 class Outline(NamedTuple):

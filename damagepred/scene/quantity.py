@@ -38,8 +38,7 @@ COMMON = {
 }
 """Frequent units by SI unit, with the factors of pint, which takes half a second to load."""
 
-LARGEST = 1e30
-"""Limit of numbers (SI): products of two are far from overflow."""
+LARGEST = 1e30  # limit of numbers (SI): products of two are far from overflow
 
 
 def is_number(text: str) -> bool:

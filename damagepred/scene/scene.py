@@ -39,8 +39,7 @@ from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement, with
 from damagepred.scene.strain import Creep, Strain
 from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall, thin_strips
 
-STUDY_KEYS = ("scene", "study", "variables", "correlation")
-"""Keys of study files only."""
+STUDY_KEYS = ("scene", "study", "variables", "correlation")  # keys of study files only
 
 
 class GivenKeys(frozenset[str]):
@@ -49,12 +48,7 @@ class GivenKeys(frozenset[str]):
     units: dict[str, str]
 
 
-FOLLOWING = (
-    "mound.surface_movement",
-    "movement.central_deflection",
-    "movement.settlement",
-    "movement.seasons.swing",
-)
+FOLLOWING = ("mound.surface_movement", "movement.central_deflection", "movement.settlement", "movement.seasons.swing")
 """Numbers determined by a soil log or seasons."""
 
 

@@ -260,8 +260,7 @@ class DamageState:
 
 
 STATE_MEASURES = ("width", "band", "count", "length", "psi", "distortion", "value")
-MOST_STATES = 6
-"""Number of states up to which drawings have colours."""
+MOST_STATES = 6  # number of states up to which drawings have colours
 
 
 @described

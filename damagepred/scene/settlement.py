@@ -28,10 +28,8 @@ DEPTH_OVER_WIDTH = 2.0
 """Depth of a tunnel over the trough width i, where only one is given: K = 0.5 in clay (O'Reilly and New 1982)."""
 LEAST_IN_MIDDLE = 0.05
 """Least deviation of the middle from the line through the ends, over the largest deviation of a shape."""
-ZERO = 1e-9
-"""Size of a profile, over its largest value, that counts as 0 because of rounding."""
-POINTS = 2001
-"""Points along the wall at which a profile is measured."""
+ZERO = 1e-9  # size of a profile, over its largest value, that counts as 0 because of rounding
+POINTS = 2001  # points along the wall at which a profile is measured
 
 
 def require_settlement(movement: Movement) -> None:

@@ -17,8 +17,7 @@ from damagepred.scene.described import described, require_name
 from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.scene.site import of_climatic_zone, suction_depth
 
-ZONES = tuple("123456")
-"""Climatic zones of AS 2870, the wettest first."""
+ZONES = tuple("123456")  # climatic zones of AS 2870, the wettest first
 
 
 @described

@@ -15,8 +15,7 @@ from damagepred.scene.number_table import Column, NumberTable, read_number_table
 from damagepred.scene.quantity import to_si
 from damagepred.scene.reading import build, takes_number, unit_of
 
-SAME_POINT = 1e-3
-"""Distance (m) up to which two visits read the same point."""
+SAME_POINT = 1e-3  # distance (m) up to which two visits read the same point
 TEXTS = {
     "date": Column("", ("day", "visit")),
     "point": Column("", ("name", "id", "number")),

@@ -13,9 +13,7 @@ from damagepred.arrays import FloatArray
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Length
 
-EDGE_TOLERANCE = 0.05
-"""Tolerance between edges on the same joint, as a share of a half brick or of a course."""
-
+EDGE_TOLERANCE = 0.05  # tolerance between edges on the same joint, as a share of a half brick or of a course
 THINNEST = 0.9
 """Least pier over half a brick with its joint, and least strip over a course: a brick alone is thinner by the joint."""
 

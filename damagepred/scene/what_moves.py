@@ -8,12 +8,9 @@ from damagepred.arrays import FloatArray
 from damagepred.enumerations import LOCAL
 from damagepred.scene.scene import Scene
 
-PROFILE_POINTS = 4001
-"""Points along the wall at which the profile is evaluated."""
-ZERO_MOVEMENT = 1e-8
-"""Ratio to the largest movement below which the ground does not move."""
-EQUAL_MOVEMENT = 1e-3
-"""Difference of two movements, as a ratio to the largest, below which they are equal."""
+PROFILE_POINTS = 4001  # points along the wall at which the profile is evaluated
+ZERO_MOVEMENT = 1e-8  # ratio to the largest movement below which the ground does not move
+EQUAL_MOVEMENT = 1e-3  # difference of two movements, as a ratio to the largest, below which they are equal
 STILL = "The ground does not move"
 
 

@@ -27,10 +27,8 @@ from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
 from damagepred.uq.intensity import check_states, intensity_values
 
-WALLS_AT_ONCE = 50_000
-"""Walls read at a time: a million need no other arrays of their own size than the capacities."""
-ROUNDING = 1e-9
-"""Movements that differ by this share of themselves are equal: increments are multiples that round."""
+WALLS_AT_ONCE = 50_000  # walls read at a time: a million need no other arrays of their own size than the capacities
+ROUNDING = 1e-9  # movements that differ by this share of themselves are equal: increments are multiples that round
 
 
 class Capacities(NamedTuple):

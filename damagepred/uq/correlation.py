@@ -16,12 +16,8 @@ from damagepred.errors import InputError
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.marginals import Marginal, breaks, from_normal
 
-_TERMS = 300
-"""Terms of the series in the correlation of the normals."""
-
-_LARGEST_NORMAL = 12.0
-"""End of the integrals over standard normals."""
-
+_TERMS = 300  # terms of the series in the correlation of the normals
+_LARGEST_NORMAL = 12.0  # end of the integrals over standard normals
 _NO_VARIANCE = 1e-8
 """Variance beside other variables (1) below which a variable follows from them; the Nataf solution leaves 1e-12."""
 
@@ -153,10 +149,7 @@ def independent_normals(normal: FloatArray, factor: FloatArray) -> FloatArray:
 
 
 def _contradiction(
-    names: Sequence[str],
-    marginals: Mapping[str, Marginal],
-    wanted: Mapping[frozenset[str], float],
-    matrix: FloatArray,
+    names: Sequence[str], marginals: Mapping[str, Marginal], wanted: Mapping[frozenset[str], float], matrix: FloatArray
 ) -> str:
     """Three variables whose correlations contradict each other, or the smallest eigenvalue of the matrix."""
 

@@ -18,8 +18,7 @@ from scipy import special
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.runtime.one_thread import one_blas_thread
 
-ENOUGH_REPLICATES = 4
-"""Replicates from which their means give the standard error."""
+ENOUGH_REPLICATES = 4  # replicates from which their means give the standard error
 
 
 class Estimate(NamedTuple):

@@ -42,16 +42,10 @@ PRIOR = 0.5
 """Walls added on either side for the precision of censored walls: one that reached the category just at the movement,
 one that did not (Jeffreys' prior of a share)."""
 
-LEAST_MISSING = 1e-6
-"""Share of its own movement that a failed wall lacks at least."""
-
-RESOLUTION = 1e-12
-"""Smallest difference of a pseudo-value from 0 and 1 that is no rounding."""
-
-MEDIAN_RESAMPLES = 100
-"""Resamples for the error of a median."""
-CURVE_RESAMPLES = 300
-"""Resamples for the error of a probability that is read from a curve."""
+LEAST_MISSING = 1e-6  # share of its own movement that a failed wall lacks at least
+RESOLUTION = 1e-12  # smallest difference of a pseudo-value from 0 and 1 that is no rounding
+MEDIAN_RESAMPLES = 100  # resamples for the error of a median
+CURVE_RESAMPLES = 300  # resamples for the error of a probability that is read from a curve
 
 
 class CategoryCapacities(NamedTuple):
@@ -398,12 +392,7 @@ def _from_curve(
 
 @one_blas_thread()
 def median_movement(
-    ds: xr.Dataset,
-    category: int,
-    *,
-    confidence: float = 0.9,
-    intensity: str | None = None,
-    seed: int = 0,
+    ds: xr.Dataset, category: int, *, confidence: float = 0.9, intensity: str | None = None, seed: int = 0
 ) -> Estimate:
     """Estimate the median movement at which a category is reached, from a lognormal curve.
 

@@ -12,9 +12,7 @@ from scipy import special
 from damagepred.errors import InputError, nearest
 from damagepred.uq.marginals import Table
 
-MOST_VALUES = 100_000
-"""Values of a discrete distribution."""
-
+MOST_VALUES = 100_000  # values of a discrete distribution
 Given = Mapping[str, float]
 
 

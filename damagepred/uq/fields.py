@@ -82,8 +82,7 @@ class JointPlaces(NamedTuple):
         return digest_.hexdigest()
 
 
-_TOLERANCE = 0.02
-"""Change of the correlations of a field (1) by which it may be made positive definite."""
+_TOLERANCE = 0.02  # change of the correlations of a field (1) by which it may be made positive definite
 
 
 class _OneKind(NamedTuple):

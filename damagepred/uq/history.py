@@ -21,15 +21,11 @@ from damagepred.errors import InputError
 from damagepred.inputs.text import written_date
 from damagepred.scene.described import described
 
-DAYS = 365.25
-"""Days of a year."""
-
+DAYS = 365.25  # days of a year
 LEAST_AGE, LARGEST_AGE = 1.0, 100.0
 """Limits of the time since a steady movement began (years), log-uniform between them. Assumed."""
 
-PARAMETERS = {"steady": 1, "step": 2, "seasonal": 4}
-"""Numbers that a history is drawn by."""
-
+PARAMETERS = {"steady": 1, "step": 2, "seasonal": 4}  # numbers that a history is drawn by
 SEASON_POINTS = 37
 """Points of a year at which the largest movement of a season is looked for: off by less than 0.4 % of its amplitude."""
 
@@ -131,8 +127,7 @@ class Histories(NamedTuple):
         return reached, moved, 1.0 - self.recovery[:, None] * back
 
 
-PRESENT = Histories(*np.zeros((7, 1)))
-"""The one history of a single visit."""
+PRESENT = Histories(*np.zeros((7, 1)))  # the one history of a single visit
 
 
 def drawn_histories(prior: History, number: int, unit: FloatArray, first: float, last: dt.date) -> Histories:

@@ -49,9 +49,7 @@ MEASURES = (
 Besides these, any variable of the dataset on (sample, increment) that grows with the movement.
 """
 
-OF_SITE = "surface movement"
-"""Words of the movement y_s by which sites are classed."""
-
+OF_SITE = "surface movement"  # words of the movement y_s by which sites are classed
 _MADE_OF = {
     "curvature": ("central_deflection", "deflection_ratio"),
     "footing_curvature": ("section_curvature",),

@@ -22,8 +22,7 @@ from damagepred.uq.variable import Distribution
 
 MOUND = "surface_movement"
 
-POINTS = 64
-"""Parts of equal probability; a step of a capacity within one of them is an error of less than 1/128."""
+POINTS = 64  # parts of equal probability; a step of a capacity within one of them is an error of less than 1/128
 
 
 @dataclass(frozen=True)

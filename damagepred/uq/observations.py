@@ -26,15 +26,9 @@ from damagepred.uq.history import Day, History
 
 Direction = Literal["horizontal", "vertical", "stepped", "diagonal"]
 
-CONTRADICTION = 3.0
-"""Standard errors between two measurements of one quantity from which they contradict each other."""
-
-ROUNDING = 1e-9
-"""Distance (m) that counts as none."""
-
-ANOTHER = "another cause"
-"""Name of all causes without a study, in prior odds and tables."""
-
+CONTRADICTION = 3.0  # standard errors between two measurements of one quantity from which they contradict each other
+ROUNDING = 1e-9  # distance (m) that counts as none
+ANOTHER = "another cause"  # name of all causes without a study, in prior odds and tables
 WIDEST, HIGHEST = 0.3, 1.0
 """Largest width of a crack, and difference of levels (m): beyond them millimetres lack their unit."""
 
@@ -277,8 +271,7 @@ _MEASURED = "width", "change", "difference", "value", "width_change"
 _QUANTITY = "wall", "to_wall", "x", "y", "to_x", "to_y", "within", "part", "opening"
 """Keys of measured values, and of the quantity that is measured."""
 
-TABLES = "crack", "level", "slope", "tilt", "window"
-"""Tables of observations."""
+TABLES = "crack", "level", "slope", "tilt", "window"  # tables of observations
 
 
 @described

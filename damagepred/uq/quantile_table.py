@@ -16,9 +16,7 @@ LARGEST_NORMAL = 6.0
 """Standard normals beyond are solved one by one: rarer than two in 10^9, and far beyond scipy is not reliable."""
 INITIAL_CELL, NARROWEST_CELL = 0.5, 2e-4
 """Width of the cells in standard normals; without a good polynomial in the smallest, values are solved one by one."""
-DEGREE = 7
-"""Degree of the polynomials."""
-
+DEGREE = 7  # degree of the polynomials
 CLOSED = (
     *("norm", "lognorm", "uniform", "weibull_min", "weibull_max", "gumbel_r", "gumbel_l", "expon", "logistic"),
     *("cauchy", "rayleigh", "pareto", "genextreme", "laplace"),

@@ -45,8 +45,7 @@ def _sobol(dimensions: int, samples: int, scramble: np.random.Generator) -> Floa
     return np.asarray(qmc.Sobol(dimensions, scramble=True, rng=scramble).random(whole)[:samples])
 
 
-WEIGHT = "weight"
-"""Column that is no number of the scene."""
+WEIGHT = "weight"  # column that is no number of the scene
 
 
 def read_table(path: str | Path, unit_of: Callable[[str], str], places: Sequence[str]) -> dict[str, FloatArray]:

@@ -38,8 +38,7 @@ class SelectionOptions:
         return counts
 
 
-STAKES = np.geomspace(1e-3, 1.0, 16)
-"""Stakes of the bounds by betting, as shares of the capital."""
+STAKES = np.geomspace(1e-3, 1.0, 16)  # stakes of the bounds by betting, as shares of the capital
 
 
 class Selection(NamedTuple):

@@ -24,8 +24,7 @@ LimitState = Callable[[FloatArray, IntArray], FloatArray]
 
 TARGET_ACCEPTANCE, INITIAL_STEP, SMALLEST_STEP = 0.44, 0.6, 0.05
 """Acceptance rate to which the step s of the conditional sampler is adapted; its first and its smallest value (1)."""
-MAX_NORMALS = 10**9
-"""Standard normals of a level beyond which it is refused."""
+MAX_NORMALS = 10**9  # standard normals of a level beyond which it is refused
 
 
 class Level(NamedTuple):
@@ -200,13 +199,7 @@ class _NumberedLimitState:
 
 
 def _sample_level(
-    margin: _NumberedLimitState,
-    z: FloatArray,
-    g: FloatArray,
-    limit: float,
-    length: int,
-    step: float,
-    seed: int,
+    margin: _NumberedLimitState, z: FloatArray, g: FloatArray, limit: float, length: int, step: float, seed: int
 ) -> tuple[FloatArray, FloatArray, float, float]:
     """Next level's samples and margins, the acceptance rate and the last step, all chains side by side."""
     chains = len(z)

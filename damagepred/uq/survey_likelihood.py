@@ -43,8 +43,7 @@ VAGUE_CHANGE = 5e-3
 OWN_SHARE = 0.1
 """Share of the model's discrepancy (standard deviation) that is each reading's own, not its series'. Assumed."""
 
-COMMON_POINTS = 7
-"""Points of the quadrature over the common discrepancy of a series with limits."""
+COMMON_POINTS = 7  # points of the quadrature over the common discrepancy of a series with limits
 
 
 class Fit(NamedTuple):

@@ -89,11 +89,7 @@ class Likelihood(NamedTuple):
     hessian: FloatArray
 
 
-def likelihood(
-    parameters: FloatArray,
-    rows: LinearBounds | CategoryIntervals,
-    weight: FloatArray,
-) -> Likelihood:
+def likelihood(parameters: FloatArray, rows: LinearBounds | CategoryIntervals, weight: FloatArray) -> Likelihood:
     """Log-likelihood of several sets of parameters, each for its own weights, with its derivatives."""
     resamples, size = parameters.shape
     value, gradient = np.zeros(resamples), np.zeros((resamples, size))
