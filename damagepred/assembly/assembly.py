@@ -572,10 +572,11 @@ class Assembly:
             self._joint_materials, geometry.joint_material, geometry.interfaces.joint, fields or {}
         )
         if settings.lump_block_elasticity:
+            centres = whole_centres(geometry.interfaces, blocks)
             properties = lump_block_elasticity(
                 properties,
                 geometry.interfaces,
-                whole_centres(geometry.interfaces, blocks),
+                centres,
                 self._block_materials,
                 block_material,
                 elastic=geometry.elastic,
@@ -590,7 +591,15 @@ class Assembly:
         for total, loads in ((load, self._load), (live, self._push)):
             for block, extra in loads.items():
                 total[block] += extra
-        prescribed = sorted(self._prescribed)
+        dofs = np.array(sorted(self._prescribed), dtype=np.int64)
+        supports = Supports(
+            prescribed=dofs,
+            prescribed_displacement=np.array([self._prescribed[dof] for dof in dofs.tolist()], dtype=np.float64),
+            load=load.ravel(),
+            live_load=live.ravel(),
+            start=np.zeros(len(dofs)),
+            after_load=np.isin(dofs, list(self._after_load)),
+        )
         dead_edges, live_edges = edge_loads(self._tractions, geometry.mesh, law.thickness)
         velocity = np.zeros((len(density), 3))
         for block, start in self._velocity.items():
@@ -610,18 +619,7 @@ class Assembly:
             interfaces=geometry.interfaces,
             properties=properties,
             ground=ground,
-            supports=held_too(
-                Supports(
-                    prescribed=np.array(prescribed, dtype=np.int64),
-                    prescribed_displacement=np.array([self._prescribed[d] for d in prescribed], dtype=np.float64),
-                    load=load.ravel(),
-                    live_load=live.ravel(),
-                    start=np.zeros(len(prescribed)),
-                    after_load=np.array([d in self._after_load for d in prescribed], dtype=np.bool_),
-                ),
-                self._holds,
-                geometry.mesh,
-            ),
+            supports=held_too(supports, self._holds, geometry.mesh),
             jambs=NO_JAMBS,
             joints=geometry.joints,
             density=density,
@@ -645,16 +643,8 @@ class Assembly:
 
     def _blocks(self) -> Blocks:
         area, x, y, polar = np.array([mass_properties(p) for p in self._polygons]).T
-        sizes = [len(p) for p in self._polygons]
-        return Blocks(
-            x,
-            y,
-            area,
-            polar,
-            np.array(self._course, dtype=np.int64),
-            np.concatenate(self._polygons),
-            np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
-        )
+        course, first_vertex = np.array(self._course, np.int64), np.cumsum([0, *map(len, self._polygons)])
+        return Blocks(x, y, area, polar, course, np.concatenate(self._polygons), first_vertex)
 
     def _ground_edges(self, outline: FloatArray, first_vertex: IntArray) -> tuple[SharedEdges, list[Grounded]]:
         """Lowest edges of the blocks that rest on the ground, and the ground contact of each edge."""
@@ -675,16 +665,15 @@ class Assembly:
                 start, end = np.array([resting.x - half]), np.array([resting.x + half])
             edges += [(resting.block, first + i, x0, x1, low) for i, x0, x1 in zip(level, start, end)]
             contacts += [resting] * len(level)
-        block_b, edge, start, end, low_y = (np.array(column) for column in zip(*edges)) if edges else (np.empty(0),) * 5
-        count = len(edges)
+        block, edge, start, end, level_y = np.array(edges, dtype=np.float64).reshape(-1, 5).T
         return SharedEdges(
-            np.full(count, len(self._polygons), dtype=np.int64),
-            block_b.astype(np.int64),
-            np.column_stack((start, low_y)),
-            np.column_stack((end, low_y)),
-            np.broadcast_to(np.array([0.0, 1.0]), (count, 2)),
-            np.full(count, -1, dtype=np.int64),
-            edge.astype(np.int64),
+            a=np.full(len(edges), len(self._polygons)),
+            b=block.astype(np.int64),
+            start=np.column_stack((start, level_y)),
+            end=np.column_stack((end, level_y)),
+            normal=np.tile([0.0, 1.0], (len(edges), 1)),
+            edge_a=np.full(len(edges), -1),
+            edge_b=edge.astype(np.int64),
         ), contacts
 
     def _classify(self, edges: SharedEdges, blocks: Blocks, grounded: list[Grounded]) -> tuple[Int8Array, IntArray]:

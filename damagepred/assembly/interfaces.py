@@ -142,7 +142,7 @@ def place_contacts(
     # the ground does not turn: any centre serves, but a distant one costs digits, and weighs in the explicit solver
     centre = np.vstack((centre, blocks.vertices.min(axis=0)))
     if mesh is not None:
-        centre = np.vstack((centre, np.column_stack((mesh.piece_x, mesh.piece_y))))
+        centre = np.vstack((centre, mesh.piece_middle))
     body_a, body_b = bodies
     depth = np.minimum(np.append(thickness, np.inf)[edges.a], thickness[edges.b])
 

@@ -68,26 +68,15 @@ class Mesh(NamedTuple):
         return np.repeat(self.block, np.diff(self.first_zone))
 
     @property
-    def facet_block(self) -> IntArray:
-        """Block of each facet (f,)."""
-        return np.repeat(self.block, np.diff(self.first_facet))
-
-    @property
     def gridpoint_block(self) -> IntArray:
         """Block of each gridpoint (g,)."""
         return np.repeat(self.block, np.diff(self.first_gridpoint))
 
     @property
-    def piece_x(self) -> FloatArray:
-        """Middle of each piece (p,) (m)."""
-        start, end = self.facets[self.piece_facet].T
-        return (1.0 - self.piece_place) * self.x[start] + self.piece_place * self.x[end]
-
-    @property
-    def piece_y(self) -> FloatArray:
-        """Middle of each piece (p,) (m)."""
-        start, end = self.facets[self.piece_facet].T
-        return (1.0 - self.piece_place) * self.y[start] + self.piece_place * self.y[end]
+    def piece_middle(self) -> FloatArray:
+        """Middle of each piece (p, 2) (m)."""
+        start, end = np.column_stack((self.x, self.y))[self.facets[self.piece_facet].T]
+        return (1.0 - self.piece_place[:, None]) * start + self.piece_place[:, None] * end
 
     def in_pieces(self, facet: IntArray, x: FloatArray, y: FloatArray) -> Mesh:
         """Mesh with these pieces of facets (p,), by their middles (m), and new degrees of freedom."""
@@ -147,16 +136,12 @@ def _division(polygon: FloatArray, size: float) -> tuple[list[FloatArray], tuple
                 f"zone_size = {size:g} m: an edge of {2 * shortest:g} m is too short to be cut into zones in a "
                 f"block of {2 * longest:g} m; leave out one of its corners, or keep the block rigid (zone_size = 0)."
             )
-    if (count := _zones_of(quads, cells)) > MOST_ZONES:
+    if (count := 4 * len(quads) * cells[0] * cells[1]) > MOST_ZONES:
         raise InputError(
             f"zone_size = {size:g} m: would cut one block into {count} zones, and at most {MOST_ZONES} are allowed; "
             f"take a larger size."
         )
     return quads, cells
-
-
-def _zones_of(quads: list[FloatArray], cells: tuple[int, int]) -> int:
-    return 4 * len(quads) * cells[0] * cells[1]
 
 
 def _cells_along(length: float, size: float) -> int:
@@ -175,16 +160,9 @@ def _without_straight_corners(polygon: FloatArray) -> FloatArray:
 
 def _joined_quads(quads: list[FloatArray], cells: tuple[int, int]) -> tuple[Pattern, FloatArray]:
     """Quadrilaterals divided into cells, with common gridpoints on common edges."""
-    along, up = cells
-    points: list[FloatArray] = []
-    zones: list[IntArray] = []
-    offset = 0
-    for quad in quads:
-        gridpoints, triangles_of_quad = _quad(quad, along, up)
-        points.append(gridpoints)
-        zones.append(triangles_of_quad + offset)
-        offset += len(gridpoints)
-    every, triangles = np.concatenate(points), np.concatenate(zones)
+    points, zones = zip(*(_quad(quad, *cells) for quad in quads))
+    every = np.concatenate(points)
+    triangles = np.concatenate([zones_of + k * len(points[0]) for k, zones_of in enumerate(zones)])
     if len(quads) > 1:
         origin = every.mean(axis=0)
         scale = np.ptp(every, axis=0).max()
@@ -251,7 +229,8 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
         return None
     cuts, total, blocks = [], 0, sorted(sizes)
     for block in blocks:  # count first: millions of zones would fill the memory
-        total += _zones_of(*_division(polygons[block] - polygons[block].mean(axis=0), sizes[block]))
+        quads, cells = _division(polygons[block] - polygons[block].mean(axis=0), sizes[block])
+        total += 4 * len(quads) * cells[0] * cells[1]
         if total > MOST_ZONES:
             raise InputError(
                 f"zone_size = {sizes[block]:g} m: would make more than {MOST_ZONES} zones in all, the limit; take a "
@@ -275,10 +254,8 @@ def joined_mesh(count: int, blocks: list[int], cuts: list[tuple[Pattern, FloatAr
     number = np.array([number_of_pattern[pattern.gridpoints, pattern.zones.tobytes()] for pattern, _ in cuts])
     batch, lane, batch_pattern = _batches(number, [points - points.mean(axis=0) for _, points in cuts])
     count_g = np.array([patterns[p].gridpoints for p in number])
-    first_gridpoint = np.concatenate(([0], np.cumsum(count_g)))
-    start = 3 * (count + 1)
-    in_batch = np.array([2 * LANES * patterns[p].gridpoints for p in batch_pattern])
-    batch_dof = start + np.concatenate(([0], np.cumsum(in_batch)))
+    first_gridpoint = np.cumsum([0, *count_g])
+    batch_dof = 3 * (count + 1) + np.cumsum([0, *(2 * LANES * patterns[p].gridpoints for p in batch_pattern)])
     owner = np.repeat(np.arange(len(blocks)), count_g)
     local = np.arange(len(owner)) - first_gridpoint[owner]
     dof_x = batch_dof[batch[owner]] + 2 * LANES * local + lane[owner]
@@ -292,8 +269,8 @@ def joined_mesh(count: int, blocks: list[int], cuts: list[tuple[Pattern, FloatAr
         batch_pattern=batch_pattern,
         batch_dof=batch_dof,
         first_gridpoint=first_gridpoint,
-        first_zone=np.concatenate(([0], np.cumsum([len(patterns[p].zones) for p in number]))),
-        first_facet=np.concatenate(([0], np.cumsum([len(patterns[p].facets) for p in number]))),
+        first_zone=np.cumsum([0, *(len(patterns[p].zones) for p in number)]),
+        first_facet=np.cumsum([0, *(len(patterns[p].facets) for p in number)]),
         x=xy[:, 0].copy(),
         y=xy[:, 1].copy(),
         zones=np.concatenate([patterns[p].zones + first for p, first in zip(number, first_gridpoint)]),
@@ -304,6 +281,9 @@ def joined_mesh(count: int, blocks: list[int], cuts: list[tuple[Pattern, FloatAr
         dof_y=dof_x + LANES,
         size=int(batch_dof[-1]),
     )
+
+
+Points = tuple[FloatArray, FloatArray, IntArray]  # x, y (m) and block of each point
 
 
 class HalfMesh(NamedTuple):
@@ -347,9 +327,10 @@ def half_mesh(mesh: Mesh, axis: float, image: IntArray, number: IntArray, near: 
     half = joined_mesh(int(number.max()) + 1, blocks, cuts)
     mirror = axis, image, number, near
 
-    gridpoint, mirrored = _matches(mesh.x, mesh.y, mesh.gridpoint_block, half.x, half.y, half.gridpoint_block, *mirror)
-    x, y, half_x, half_y = (v[m.zones].mean(axis=1) for m in (mesh, half) for v in (m.x, m.y))
-    zone, mirrored_zone = _matches(x, y, mesh.zone_block, half_x, half_y, half.zone_block, *mirror)
+    places, half_places = ((m.x, m.y, m.gridpoint_block) for m in (mesh, half))
+    gridpoint, mirrored = _matches(places, half_places, *mirror)
+    centres, half_centres = ((m.x[m.zones].mean(axis=1), m.y[m.zones].mean(axis=1), m.zone_block) for m in (mesh, half))
+    zone, mirrored_zone = _matches(centres, half_centres, *mirror)
     if (gridpoint == len(half.x)).any() or (zone == len(half.zones)).any():
         return None
     numbers = {(a, b): f for f, (a, b) in enumerate(half.facets.tolist())}
@@ -360,38 +341,26 @@ def half_mesh(mesh: Mesh, axis: float, image: IntArray, number: IntArray, near: 
 
 
 def _matches(
-    x: FloatArray,
-    y: FloatArray,
-    block: IntArray,
-    there_x: FloatArray,
-    there_y: FloatArray,
-    there_block: IntArray,
-    axis: float,
-    image: IntArray,
-    number: IntArray,
-    near: float,
+    whole: Points, half: Points, axis: float, image: IntArray, number: IntArray, near: float
 ) -> tuple[IntArray, BoolArray]:
     """Number in the half of each point of the whole (their count if there is none), and whether it is mirrored."""
     from scipy.spatial import cKDTree
 
+    (x, y, block), (half_x, half_y, half_block) = whole, half
     apart = 10.0 * float(np.ptp(x) + np.ptp(y))  # a third coordinate separates blocks that touch
     mirrored = (number[block] < 0) | ((image[block] == block) & (x < axis - near))
     kept = np.where(number < 0, number[image], number)[block]
     points = np.column_stack((np.where(mirrored, 2.0 * axis - x, x), y, apart * kept))
-    tree = cKDTree(np.column_stack((there_x, there_y, apart * there_block)))
+    tree = cKDTree(np.column_stack((half_x, half_y, apart * half_block)))
     return tree.query(points, distance_upper_bound=near)[1], mirrored
 
 
 def _batches(pattern: IntArray, outlines: list[FloatArray]) -> tuple[IntArray, IntArray, IntArray]:
     """Batches of blocks of one pattern, equal shapes first: batch and lane of each block, pattern of each batch."""
     scale = max(np.abs(o).max() for o in outlines)
+    rounded = [(np.round(outline / scale * 1e9) + 0.0).tobytes() for outline in outlines]
     shapes: dict[tuple[int, bytes], int] = {}
-    shape = np.array(
-        [
-            shapes.setdefault((p, (np.round(o / scale * 1e9) + 0.0).tobytes()), len(shapes))
-            for p, o in zip(pattern.tolist(), outlines)
-        ]
-    )
+    shape = np.array([shapes.setdefault(key, len(shapes)) for key in zip(pattern.tolist(), rounded)])
     batch, lane = np.zeros(len(pattern), np.int64), np.zeros(len(pattern), np.int64)
     batch_pattern: list[int] = []
     for p in range(int(pattern.max()) + 1):

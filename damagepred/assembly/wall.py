@@ -9,23 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damagepred.arrays import FloatArray, IntArray
+from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.assembly import footing_beam, loading
 from damagepred.assembly.assembly import GRAVITY, NO_JAMBS, Assembly, rectangle
 from damagepred.assembly.bond import Brick, gauge, halved, lay_bricks, parted
 from damagepred.assembly.brick_cracks import brick_joint, bricks_break, whole_centres, with_brick_stiffness
-from damagepred.assembly.footing_beam import (
-    Foundation,
-    add_footing,
-    deflection_of,
-    foundation,
-    jacks_model,
-    section_joint,
-    section_law,
-    soil_joint,
-    stops_at,
-    support_joint,
-    upward,
-)
+from damagepred.assembly.footing_beam import Foundation, add_footing, deflection_of, foundation, upward
 from damagepred.assembly.imposed_history import ImposedHistory
 from damagepred.assembly.interfaces import (
     Geometry,
@@ -35,16 +24,6 @@ from damagepred.assembly.interfaces import (
     with_strain,
 )
 from damagepred.assembly.joint_creep import JointCreep
-from damagepred.assembly.loading import (
-    NO_SIDES,
-    Sides,
-    add_supports,
-    bearing_joint,
-    dead_loads,
-    has_beam,
-    sides_of,
-    under_loads,
-)
 from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.model import GroundMovement, Jambs, Model, Supports
 from damagepred.assembly.points import Hold, held_too
@@ -76,16 +55,8 @@ from damagepred.scene import (
 from damagepred.scene.house import require_one_wall
 
 ZONING = (
-    "method",
-    "blocks",
-    "above_dpc",
-    "below_dpc",
-    "footing",
-    "zone_size",
-    "zone_size_above_dpc",
-    "zone_size_below_dpc",
-    "zone_size_footing",
-    "elastic_subdivisions",
+    *("method", "blocks", "above_dpc", "below_dpc", "footing", "elastic_subdivisions"),
+    *("zone_size", "zone_size_above_dpc", "zone_size_below_dpc", "zone_size_footing"),
 )
 """Settings that decide on zones and elastic blocks."""
 MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL, HEAD, BRICK = range(9)
@@ -105,7 +76,7 @@ class WallGeometry(NamedTuple):
     jambs: Jambs
     footing: IntArray  # blocks of the footing, left to right; empty if the wall's underside itself is moved
     control: IntArray  # (m,): number of the control joint of each interface, or -1
-    sides: Sides
+    sides: loading.Sides
 
 
 @lru_cache(maxsize=16)  # a house has one per wall
@@ -146,7 +117,7 @@ def _geometry(
     if beam:
         assembly.add_block(rectangle(0.0, wall.height, wall.length, wall.height + wall.block_height), elastic=False)
     if supports:
-        add_supports(assembly, supports, bricks)
+        loading.add_supports(assembly, supports, bricks)
     elif footing_shape is None:
         assembly.rest_on_ground([i for i, brick in enumerate(bricks) if brick.course == 0])
     else:
@@ -156,7 +127,7 @@ def _geometry(
     sides = zip(geometry.interfaces.block_a.tolist(), geometry.interfaces.block_b.tolist())
     control = np.array([numbers.get((min(pair), max(pair)), -1) for pair in sides], dtype=np.int64)
     jambs = _jambs(scene, bricks, geometry)
-    return WallGeometry(geometry, tuple(bricks), jambs, footing, control, sides_of(bricks, scene, beam))
+    return WallGeometry(geometry, tuple(bricks), jambs, footing, control, loading.sides_of(bricks, scene, beam))
 
 
 @lru_cache(maxsize=8)
@@ -166,7 +137,7 @@ def _footing_alone(scene: Scene, solver: Solver, shape: Foundation) -> WallGeome
     bricks = lay_bricks(scene)
     footing = add_footing(assembly, shape, bricks, wall.length, wall.block_length, ())
     geometry = assembly.geometry(solver, no_tension=_no_tension(scene))
-    return WallGeometry(geometry, (), NO_JAMBS, footing, np.full(len(geometry.interfaces.kind), -1), NO_SIDES)
+    return WallGeometry(geometry, (), NO_JAMBS, footing, np.full(len(geometry.interfaces.kind), -1), loading.NO_SIDES)
 
 
 def _blocks_at(brick: Brick, solver: Solver, dpc_course: int | None) -> str:
@@ -214,35 +185,21 @@ def _cached(scene: Scene) -> WallGeometry:
     meshing = _meshing(scene.solver)
     # the width of a gap does not change the geometry
     joints = tuple(replace(joint, width=0.0) for joint in scene.control_joint)
-    shape, bare = foundation(scene), _no_tension(scene)
     # the contraction of elastic bricks changes the motion of their sides
     ratio = scene.block.poisson_ratio if "elastic" in (meshing.blocks, meshing.above_dpc, meshing.below_dpc) else 0.0
-    return _geometry(
-        scene.wall,
-        scene.opening,
-        joints,
-        course,
-        meshing,
-        shape,
-        bare,
-        ratio,
-        scene.support,
-        has_beam(scene),
-        bricks_break(scene),
-    )
+    leaf = scene.wall, scene.opening, joints, course, meshing, foundation(scene), _no_tension(scene), ratio
+    return _geometry(*leaf, scene.support, loading.has_beam(scene), bricks_break(scene))
 
 
 def _no_tension(scene: Scene) -> frozenset[ContactKind]:
     """Kinds of interface whose material has no bond."""
-    material, materials = IN_KIND.copy(), _joint_materials(scene)
-    if not _own_bed(scene):
-        material[material == BED] = MORTAR
+    material, materials = _material_of_kind(scene), _joint_materials(scene)
     return frozenset(kind for kind in ContactKind if no_tension_joint(materials[material[kind]]))
 
 
-def _own_bed(scene: Scene) -> bool:
-    """Whether the bed on the footing or ground has its own material."""
-    return scene.footing.joint is not None
+def _material_of_kind(scene: Scene) -> IntArray:
+    """Joint material of the interfaces of each kind; without its own, the bed on footing or ground is of mortar."""
+    return IN_KIND if scene.footing.joint is not None else np.where(IN_KIND == BED, MORTAR, IN_KIND)
 
 
 def _meshing(solver: Solver) -> Solver:
@@ -321,9 +278,7 @@ def footing_alone(scene: Scene, line_load: float = 0.0) -> Model:
 def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray], line_load: float) -> Model:
     geometry, bricks, jambs, footing, control, sides = shared
     blocks, interfaces = geometry.blocks, geometry.interfaces
-    material = IN_KIND[interfaces.kind]
-    if not _own_bed(scene):
-        material[material == BED] = MORTAR
+    material = _material_of_kind(scene)[interfaces.kind]
     properties, limited = joint_properties(
         _joint_materials(scene), material, interfaces.joint, _by_material(fields, scene, len(geometry.mortar.kind))
     )
@@ -340,18 +295,18 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
         properties = lump_block_elasticity(
             properties, interfaces, places, substances, substance, len(bricks), geometry.elastic
         )
-    properties, sections = section_law(properties, geometry, scene.footing)
+    properties, sections = footing_beam.section_law(properties, geometry, scene.footing)
     properties, snap_back = brittle_where_soft(properties, interfaces.joint)
     lumped = properties.normal_stiffness, properties.shear_stiffness
     widths = np.array([joint.width for joint in scene.control_joint] + [0.0])
     properties = properties._replace(gap=widths[control])
     density = np.array([s.density for s in substances])[substance]
-    if has_beam(scene):
+    if loading.has_beam(scene):
         density[len(bricks)] = 0.0
     thickness = np.array([scene.wall.thickness, scene.footing.width])[substance]
     load = np.zeros((len(density), 3))
     load[:, 1] = -GRAVITY * density * blocks.area * thickness
-    load += dead_loads(scene, blocks, sides)
+    load += loading.dead_loads(scene, blocks, sides)
     length = scene.wall.length
     if line_load:
         load[footing, 1] -= line_load * length * blocks.area[footing] / blocks.area[footing].sum()
@@ -383,7 +338,7 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
     if scene.movement.shape == "jacks":
         return _on_jacks(scene, model, geometry, footing)
     if scene.movement.shape == "loads":
-        return under_loads(scene, model, bricks, sides)
+        return loading.under_loads(scene, model, bricks, sides)
     if scene.movement.shape == "mound":
         return _on_ground(scene, model, geometry, footing)
     holds = _moved_from_below(scene, len(bricks)) if len(footing) else []
@@ -431,28 +386,23 @@ def _on_jacks(scene: Scene, model: Model, geometry: Geometry, footing: IntArray)
             f"rig.supports: between {supports[0]:g} and {supports[-1]:g} m the footing is one rigid segment, which no "
             "jack bends; put the supports farther apart, or give a footing.segment_length of less than half of that"
         )
-    return replace(model, span=supports[-1] - supports[0], deflection=deflection, jacks=jacks_model(scene, up))
+    return replace(
+        model, span=supports[-1] - supports[0], deflection=deflection, jacks=footing_beam.jacks_model(scene, up)
+    )
 
 
 def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray) -> Model:
     """Model with its footing on soil whose surface moves."""
-    length, kind, mound = scene.wall.length, scene.movement.kind, scene.mound
-    if scene.movement.reverses:
-        other = scene.movement.other
-        ground = growing_ground(
-            geometry,
-            scene.ground_rise,
-            lambda x, factor: mound.at(abs(factor)).horizontal(x, length, kind if factor >= 0.0 else other),
-            reverses=True,
-        )
-    elif mound.proportional(length, kind):
-        ground = ground_movement(
-            geometry, lambda x: mound.profile(x, length, kind), lambda x: mound.horizontal(x, length, kind)
-        )
+    length, movement, mound = scene.wall.length, scene.movement, scene.mound
+
+    def along(x: FloatArray, factor: float = 1.0) -> FloatArray:
+        kind = movement.kind if factor >= 0.0 else movement.other
+        return mound.at(abs(factor)).horizontal(x, length, kind)
+
+    if mound.proportional(length, movement.kind) and not movement.reverses:
+        ground = ground_movement(geometry, scene.ground_rise, along)
     else:
-        ground = growing_ground(
-            geometry, scene.ground_rise, lambda x, factor: mound.at(factor).horizontal(x, length, kind)
-        )
+        ground = growing_ground(geometry, scene.ground_rise, along, movement.reverses)
     return replace(
         model,
         ground=ground,
@@ -463,14 +413,15 @@ def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray
 
 def _joint_materials(scene: Scene) -> list[Joint]:
     """Joint materials of a wall, in the order of their numbers."""
-    held = scene.rig.support == "held" or stops_at(scene) == "supports"  # lift-off ends the path: no difference before
+    # lift-off ends the path: no difference before
+    held = scene.rig.support == "held" or footing_beam.stops_at(scene) == "supports"
     return [
         scene.joint,
         _dpc_joint(scene.dpc, scene.joint),
         scene.footing.joint or scene.joint,
-        soil_joint(scene),
-        bearing_joint(scene) if scene.support else support_joint(scene, pulls=held),
-        section_joint(),
+        footing_beam.soil_joint(scene),
+        loading.bearing_joint(scene) if scene.support else footing_beam.support_joint(scene, pulls=held),
+        footing_beam.section_joint(),
         control_joint(scene.joint),
         scene.heads,
         scene.joint if scene.block.fracture_energy is None else brick_joint(scene.block),
@@ -562,25 +513,15 @@ def _jambs(scene: Scene, bricks: list[Brick], geometry: Geometry) -> Jambs:
     block = np.full((len(scene.opening), 4), -1, dtype=np.int64)
     arm = np.zeros((len(scene.opening), 4, 2))
     for number, hole in enumerate(scene.opening):
-        lowest, highest = np.isclose(bottom, _nearest(bottom, hole.y)), np.isclose(top, _nearest(top, hole.top))
-        west, east = (
-            np.isclose(east_edge, _nearest(east_edge, hole.x)),
-            np.isclose(west_edge, _nearest(west_edge, hole.right)),
-        )
-        ends = (
-            (lowest, west, hole.x, hole.y),
-            (lowest, east, hole.right, hole.y),
-            (highest, east, hole.right, hole.top),
-            (highest, west, hole.x, hole.top),
-        )
-        for end, (level, side, x, y) in enumerate(ends):
-            # an opening at the end of the wall has only one jamb
-            bricks_there = np.flatnonzero(level & side)
-            if bricks_there.size:
-                block[number, end] = bricks_there[0]
-                arm[number, end] = x - geometry.blocks.x[bricks_there[0]], y - geometry.blocks.y[bricks_there[0]]
+        left, right = (east_edge, hole.x), (west_edge, hole.right)
+        sill, head = (bottom, hole.y), (top, hole.top)
+        for end, ((edges, x), (levels, y)) in enumerate(((left, sill), (right, sill), (right, head), (left, head))):
+            bricks_there = np.flatnonzero(_are_nearest(edges, x) & _are_nearest(levels, y))
+            if bricks_there.size:  # an opening at the end of the wall has only one jamb
+                block[number, end] = first = bricks_there[0]
+                arm[number, end] = x - geometry.blocks.x[first], y - geometry.blocks.y[first]
     return Jambs(block, arm)
 
 
-def _nearest(values: FloatArray, target: float) -> float:
-    return float(values[np.argmin(np.abs(values - target))])
+def _are_nearest(values: FloatArray, target: float) -> BoolArray:
+    return np.isclose(values, values[np.argmin(np.abs(values - target))])

@@ -23,7 +23,7 @@ def test_interfaces_of_deformable_blocks_join_pieces_of_facets() -> None:
     lower = (face.block_a == 0) & (face.block_b == 1)
     assert face.length[lower].sum() == pytest.approx(0.12)
     assert lower.sum() == 4  # gridpoints of either side part the bed, at 0, 20 (twice: 0, 40, 60, 80), ... mm
-    owner = mesh.facet_block[mesh.piece_facet]
+    owner = np.repeat(mesh.block, np.diff(mesh.first_facet))[mesh.piece_facet]
     assert len(owner) == (face.body_a > model.n_blocks).sum() + (face.body_b > model.n_blocks).sum()
     for body, block in ((face.body_a, face.block_a), (face.body_b, face.block_b)):
         facet = body > model.n_blocks
@@ -37,8 +37,8 @@ def test_interfaces_of_deformable_blocks_join_pieces_of_facets() -> None:
     piece = face.body_a - model.n_blocks - 1
     inner = piece >= 0
     ends = mesh.x[mesh.facets[mesh.piece_facet[np.where(inner, piece, 0)]]]
-    np.testing.assert_allclose(mesh.piece_x[piece[inner]], face.x[inner], atol=1e-12)
-    np.testing.assert_allclose(mesh.piece_y[piece[inner]], face.y[inner], atol=1e-12)
+    middle = np.column_stack((face.x, face.y))
+    np.testing.assert_allclose(mesh.piece_middle[piece[inner]], middle[inner], atol=1e-12)
     assert (face.x - face.length / 2 >= ends.min(axis=1) - 1e-9)[inner].all()
     assert (face.x + face.length / 2 <= ends.max(axis=1) + 1e-9)[inner].all()
 

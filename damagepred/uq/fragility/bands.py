@@ -27,12 +27,9 @@ from damagepred.uq.fragility.fit import GroupedIntervals
 from damagepred.uq.fragility.likelihood import LARGEST_DISPERSION, SMALLEST_DISPERSION, Likelihood, likelihood
 from damagepred.uq.fragility.options import FragilityOptions
 
-POSTERIOR_POINTS = 60
-"""Dispersions to either side of the estimate at which the posterior density is computed."""
-POSTERIOR_DROP = 25.0
-"""Fall of the logarithm of that density from its maximum at which it ends (1)."""
-STORED_DRAWS = 4_000_000
-"""Counts of groups in resamples that are kept in memory at a time."""
+POSTERIOR_POINTS = 60  # dispersions to either side of the estimate at which the posterior density is computed
+POSTERIOR_DROP = 25.0  # fall of the logarithm of that density from its maximum at which it ends (1)
+STORED_DRAWS = 4_000_000  # counts of groups in resamples that are kept in memory at a time
 
 
 def sample_posterior(estimator: Estimator, random: np.random.Generator) -> FloatArray:

@@ -47,12 +47,9 @@ LEAST_REACHED, LEAST_WALLS = 15, 30
 
 A limit on the first alone would pick unusual studies.
 """
-CRITERION_WALLS = 50_000
-"""Walls beyond which every second, third ... is taken for Akaike's criterion."""
-LARGEST_COUNT = 1_000_000
-"""Resamples, and points of a curve, beyond which they are refused as a slip."""
-EMPIRICAL = "empirical"
-"""Status of a curve without a form."""
+CRITERION_WALLS = 50_000  # walls beyond which every second, third ... is taken for Akaike's criterion
+LARGEST_COUNT = 1_000_000  # resamples, and points of a curve, beyond which they are refused as a slip
+EMPIRICAL = "empirical"  # status of a curve without a form
 
 
 class _Request(NamedTuple):

@@ -93,8 +93,7 @@ EXTRAPOLATED = "extrapolated"
 
 AT_START = "all walls that reached it had before any movement: there is no curve to fit"
 
-WITH_CURVE = (FITTED, EXTRAPOLATED)
-"""Curves that there are, as far as walls were followed."""
+WITH_CURVE = (FITTED, EXTRAPOLATED)  # curves that there are, as far as walls were followed
 
 
 class Fit(NamedTuple):

@@ -23,8 +23,7 @@ def distance(fit: Fit, empirical: Npmle) -> float:
     return float(np.concatenate(gaps).max())
 
 
-LARGEST_JUDGED = 20_000
-"""Walls beyond which the fit is not judged: no form fits as closely as they can tell."""
+LARGEST_JUDGED = 20_000  # walls beyond which the fit is not judged: no form fits as closely as they can tell
 
 
 def _likelihood_ratio_statistic(fit: Fit, intervals: GroupedIntervals) -> float:

@@ -15,8 +15,7 @@ from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 
-_LOG_ZERO = -1e6
-"""Finite number in place of the logarithm of 0."""
+_LOG_ZERO = -1e6  # finite number in place of the logarithm of 0
 ROUNDING = 1e-14
 """Error of a log-likelihood over the sum of weights (1): a step that lowers it by less is still Newton's."""
 
@@ -75,10 +74,8 @@ def linear_bounds(lower: FloatArray, upper: FloatArray, regressors: FloatArray) 
 
 SMALLEST_DISPERSION, LARGEST_DISPERSION = 1e-4, 20.0
 """Dispersions (1) beyond which there is no curve."""
-LIKELIHOOD_ROWS = 200_000
-"""Rows of the likelihood evaluated at a time: they fit into the processor's cache."""
-COARSE_START_ROWS = 50_000
-"""Rows from which the maximum is first sought with a fifth of this number of rows."""
+LIKELIHOOD_ROWS = 200_000  # rows of the likelihood evaluated at a time: they fit into the processor's cache
+COARSE_START_ROWS = 50_000  # rows from which the maximum is first sought with a fifth of this number of rows
 
 
 class Likelihood(NamedTuple):

@@ -14,11 +14,9 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.inputs.arguments import checked, require_alike
 
-MOST_BOUNDS = 1000
-"""Distinct bounds of intervals beyond which they are rounded to as many equal steps."""
+MOST_BOUNDS = 1000  # distinct bounds of intervals beyond which they are rounded to as many equal steps
 MOST_ITERATIONS = 2000
-TOLERANCE = 1e-8
-"""Distance of the log-likelihood from its maximum, for each wall, at which iteration ends (1)."""
+TOLERANCE = 1e-8  # distance of the log-likelihood from its maximum, for each wall, at which iteration ends (1)
 
 
 class Npmle(NamedTuple):
