@@ -327,8 +327,8 @@ def half_mesh(mesh: Mesh, axis: float, image: IntArray, number: IntArray, near: 
     half = joined_mesh(int(number.max()) + 1, blocks, cuts)
     mirror = axis, image, number, near
 
-    places, half_places = ((m.x, m.y, m.gridpoint_block) for m in (mesh, half))
-    gridpoint, mirrored = _matches(places, half_places, *mirror)
+    spots, half_spots = ((m.x, m.y, m.gridpoint_block) for m in (mesh, half))
+    gridpoint, mirrored = _matches(spots, half_spots, *mirror)
     centres, half_centres = ((m.x[m.zones].mean(axis=1), m.y[m.zones].mean(axis=1), m.zone_block) for m in (mesh, half))
     zone, mirrored_zone = _matches(centres, half_centres, *mirror)
     if (gridpoint == len(half.x)).any() or (zone == len(half.zones)).any():
