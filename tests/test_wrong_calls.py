@@ -114,12 +114,7 @@ CALLS: dict[str, tuple[Callable[[dict[str, Any]], Callable[..., Any]], dict[str,
     "open_study": (lambda k: damagepred.open_study, {"path": "folder"}),
     "simple_methods": (
         lambda k: damagepred.simple_methods,
-        {
-            "scene": "scene",
-            "deflection_ratio": 1e-3,
-            "ground_strain": 1e-4,
-            "modulus_ratio": 2.6,
-        },
+        {"scene": "scene", "deflection_ratio": 1e-3, "ground_strain": 1e-4, "modulus_ratio": 2.6},
     ),
     "simple_category": (lambda k: simple_assessment.simple_category, {"scene": "scene", "deflection_ratio": 1e-3}),
     "angular_distortion": (
@@ -195,13 +190,7 @@ CALLS: dict[str, tuple[Callable[[dict[str, Any]], Callable[..., Any]], dict[str,
     "Assembly": (lambda k: Assembly, {"thickness": 0.1, "gravity": (0.0, -9.81), "joint": None, "block": None}),
     "add_block": (
         lambda k: assembly().add_block,
-        {
-            "vertices": [(2, 0), (3, 0), (3, 1)],
-            "material": None,
-            "course": 1,
-            "zone_size": None,
-            "thickness": 0.1,
-        },
+        {"vertices": [(2, 0), (3, 0), (3, 1)], "material": None, "course": 1, "zone_size": None, "thickness": 0.1},
     ),
     "bear": (lambda k: assembly().bear, {**ONE, "x": 0.5, "joint": None, "width": 0.1}),
     "move": (lambda k: assembly().move, {**ONE, "x": 0.0, "y": 0.0, "rotation": 0.0}),

@@ -6,14 +6,7 @@ import numpy as np
 import pint
 import pytest
 
-from damagepred.archive.schema import (
-    CATEGORIES,
-    FLAG_FILL,
-    VARIABLES,
-    Variable,
-    dataset,
-    name_categories,
-)
+from damagepred.archive.schema import CATEGORIES, FLAG_FILL, VARIABLES, Variable, dataset, name_categories
 from damagepred.damage import load_table
 
 UNITS = pint.UnitRegistry()

@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from damagepred.assembly.section import (
-    _second_moments,
-    concrete_sections,
-    cracking_moment,
-    moment_curvature,
-)
+from damagepred.assembly.section import _second_moments, concrete_sections, cracking_moment, moment_curvature
 from damagepred.errors import InputError
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete

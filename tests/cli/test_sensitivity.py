@@ -20,11 +20,7 @@ def test_inputs_are_ranked_and_curves_have_other_forms(command: Run, small_study
         assert words in re.sub(r"\s+", " ", result.out)
     assert read_dataset(tmp_path / "s.nc")["partial"].dims == ("variable",)
     # and curves of the same folder, in other forms
-    for options in (
-        ["--model", "common"],
-        ["--model", "empirical"],
-        ["--intensity", "curvature"],
-    ):
+    for options in (["--model", "common"], ["--model", "empirical"], ["--intensity", "curvature"]):
         result = command("fragility", folder, *options, "--bootstrap", 20, "--plot", tmp_path / "c.png")
         assert result.code == 0, result.err
     again = command(

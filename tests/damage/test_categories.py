@@ -35,8 +35,7 @@ BRE251 = [(0.1, 0, 1), (1.0, 1, 2), (5.0, 2, 3), (15.0, 3, 4), (25.0, 4, 5)]
 
 
 @pytest.mark.parametrize(
-    ("table", "limit", "below", "above"),
-    [("as2870", *row) for row in AS2870] + [("bre251", *row) for row in BRE251],
+    ("table", "limit", "below", "above"), [("as2870", *row) for row in AS2870] + [("bre251", *row) for row in BRE251]
 )
 def test_limits(table: str, limit: float, below: int, above: int):
     assert category(single(limit * MM * (1 - 1e-6)), table=table) == below

@@ -7,11 +7,7 @@ import pytest
 import xarray as xr
 
 import damagepred
-from damagepred.damage import (
-    beam_strain,
-    load_movement_limits,
-    load_strain_table,
-)
+from damagepred.damage import beam_strain, load_movement_limits, load_strain_table
 from damagepred.errors import InputError
 from damagepred.results.simple_assessment import angular_distortion, simple_categories, simple_category, simple_methods
 from damagepred.scene import Scene

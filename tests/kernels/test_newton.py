@@ -38,8 +38,7 @@ class SlidingPart:
 
 
 STEPS = SimpleNamespace(
-    residual=lambda wall, state, *values: wall.residual(*values),
-    solve=lambda wall, state, *values: wall.solve(*values),
+    residual=lambda wall, state, *values: wall.residual(*values), solve=lambda wall, state, *values: wall.solve(*values)
 )
 
 

@@ -397,15 +397,7 @@ def moved(model: Model, rng: np.random.Generator) -> np.ndarray:
 
 def stresses_of(model: Model, history: JointHistory, displacement: np.ndarray) -> tuple[np.ndarray, ...]:
     opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
-    contact_stresses(
-        joint_arrays(model, OPTIONS),
-        model.ground.at(0.0),
-        history,
-        displacement,
-        opening,
-        sigma,
-        tau,
-    )
+    contact_stresses(joint_arrays(model, OPTIONS), model.ground.at(0.0), history, displacement, opening, sigma, tau)
     return sigma, tau
 
 
@@ -451,27 +443,13 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
     everything, shape = np.arange(len(model.interfaces.x)), model.interfaces.contact_area.shape
     tresca = (np.full(shape, NO_LIMIT), history.dilatant_opening.copy(), history.kappa.copy())
     update_tresca_bounds(
-        everything,
-        joint_arrays(model, OPTIONS),
-        model.ground.at(0.0),
-        history,
-        displacement,
-        tresca,
-        1.0,
+        everything, joint_arrays(model, OPTIONS), model.ground.at(0.0), history, displacement, tresca, 1.0
     )
 
     def forces(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         force, stiffness = np.zeros(len(at)), np.zeros((shape[0], 9))
         joint_forces(
-            everything,
-            joint_arrays(model, OPTIONS),
-            model.ground.at(0.0),
-            history,
-            tresca,
-            live,
-            at,
-            force,
-            stiffness,
+            everything, joint_arrays(model, OPTIONS), model.ground.at(0.0), history, tresca, live, at, force, stiffness
         )
         return force, stiffness
 

@@ -11,15 +11,7 @@ from damagepred.kernels.explicit.motion import move
 from damagepred.kernels.joint.softening import Softening
 from damagepred.scene import Joint, Solver
 from damagepred.solvers.explicit import scheme as explicit
-from damagepred.solvers.explicit.tiles import (
-    LANES,
-    history_of,
-    needs_full_law,
-    pack_joints,
-    put,
-    softening_of,
-    take,
-)
+from damagepred.solvers.explicit.tiles import LANES, history_of, needs_full_law, pack_joints, put, softening_of, take
 from damagepred.solvers.state.joint_history import JointHistory, fields_of
 
 PLAIN = Joint()

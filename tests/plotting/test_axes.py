@@ -11,11 +11,7 @@ import xarray as xr
 from damagepred import plotting
 from damagepred.plotting.vector import svg_of
 
-OF_WALLS = [
-    "draw_wall",
-    "draw_cracks",
-    "draw_history",
-]
+OF_WALLS = ["draw_wall", "draw_cracks", "draw_history"]
 
 
 def test_one_figure_takes_drawings_side_by_side(on_dpc: xr.Dataset) -> None:

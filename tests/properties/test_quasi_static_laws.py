@@ -106,12 +106,7 @@ def check_path(model: Model, steps: list[Increment], increments: int) -> None:
         released = energy.released_energy
         spent = energy.elastic_energy + energy.friction_work + energy.fracture_work + energy.released_energy
         assert abs(energy.external_work - spent) <= energy.energy_error * (1 + 1e-6) + 1e-9
-        most = max(
-            abs(energy.external_work),
-            energy.elastic_energy,
-            energy.friction_work,
-            energy.fracture_work,
-        )
+        most = max(abs(energy.external_work), energy.elastic_energy, energy.friction_work, energy.fracture_work)
         assert energy.energy_error <= UNBALANCED * max(most, energy.released_energy)
 
 

@@ -99,10 +99,7 @@ def test_typical_is_the_median_wall_at_the_movement_asked_for(tmp_path: Path) ->
     width = ds["crack_width_max"].values
     at = 2.5e-3
     there = np.array([np.interp(at, movement[i], width[i]) for i in good])
-    for chosen, values in (
-        (typical_and_worst(ds, at), there),
-        (typical_and_worst(ds), np.nanmax(width[good], axis=1)),
-    ):
+    for chosen, values in ((typical_and_worst(ds, at), there), (typical_and_worst(ds), np.nanmax(width[good], axis=1))):
         assert chosen.worst == good[int(np.argmin(reached[good]))]
         own = values[good.index(chosen.typical)]
         assert (values < own).sum() == 19

@@ -50,10 +50,7 @@ def test_a_number_that_is_left_out_is_no_misspelling():
 
     with pytest.raises(InputError, match=r"mound\.exponent.*leaves this number out"):
         StudySettings.from_dict(
-            {
-                "scene": {},
-                "variables": {"mound.exponent": {"distribution": "uniform", "lower": 1, "upper": 2}},
-            }
+            {"scene": {}, "variables": {"mound.exponent": {"distribution": "uniform", "lower": 1, "upper": 2}}}
         )
 
 

@@ -115,12 +115,7 @@ def test_a_house_is_written_and_read_and_its_numbers_have_keys():
     assert made.unit_of("wall.front.thickness") == "m"
 
 
-SQUARE = [
-    wall("a", [0, 0], [4, 0]),
-    wall("b", [4, 0], [4, 4]),
-    wall("c", [4, 4], [0, 4]),
-    wall("d", [0, 4], [0, 0]),
-]
+SQUARE = [wall("a", [0, 0], [4, 0]), wall("b", [4, 0], [4, 4]), wall("c", [4, 4], [0, 4]), wall("d", [0, 4], [0, 0])]
 
 
 def test_mounds_of_clay_span_the_outline_in_both_directions():

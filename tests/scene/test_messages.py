@@ -164,10 +164,7 @@ BAD = {
         {"rig": {"support_stiffness": "1 kN/m2"}},
         ["[rig] support_stiffness", "wrong kind of unit", "N/m'"],
     ),
-    "jacks in time": (
-        {"movement": {"shape": "jacks"}, "dynamics": {}},
-        ["dynamics", "jacks", "leave out [dynamics]"],
-    ),
+    "jacks in time": ({"movement": {"shape": "jacks"}, "dynamics": {}}, ["dynamics", "jacks", "leave out [dynamics]"]),
     "too much movement of jacks": (
         {"movement": {"shape": "jacks", "central_deflection": "700 mm"}},
         ["central_deflection = 0.7 m", "tenth"],

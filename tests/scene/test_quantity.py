@@ -87,8 +87,7 @@ def test_garbage_is_refused_with_an_example(text: str):
 
 
 @pytest.mark.parametrize(
-    "value",
-    [math.nan, math.inf, -math.inf, "nan", "inf", "-inf", "infinity", "1e999", "1e999 m", 10**400, -(10**400)],
+    "value", [math.nan, math.inf, -math.inf, "nan", "inf", "-inf", "infinity", "1e999", "1e999 m", 10**400, -(10**400)]
 )
 def test_must_be_finite(value: object):
     with pytest.raises(ValueError, match="finite"):

@@ -5,14 +5,7 @@ import math
 import pytest
 
 from damagepred.errors import InputError
-from damagepred.scene import (
-    Footing,
-    ReinforcedConcrete,
-    site_class,
-    standard_footing,
-    standard_footings,
-    suction_depth,
-)
+from damagepred.scene import Footing, ReinforcedConcrete, site_class, standard_footing, standard_footings, suction_depth
 
 
 @pytest.mark.parametrize(

@@ -200,9 +200,7 @@ def test_site_classes_have_the_probabilities_of_the_lognormal_index() -> None:
     tables = {
         "scene": {**FOOTED, "soil_layer": log, "mound": {"suction_depth": "2.3 m"}},
         "study": {"samples": 2},
-        "variables": {
-            "soil_layer.1.shrink_swell_index": {"distribution": "lognormal", "mean": "4 %", "cov": 0.3},
-        },
+        "variables": {"soil_layer.1.shrink_swell_index": {"distribution": "lognormal", "mean": "4 %", "cov": 0.3}},
     }
     settings = StudySettings.from_dict(tables, source="study")
     per_index = surface_movement([layer(4, 0.04)], Suction(), 2.3) / 0.04

@@ -25,9 +25,7 @@ def test_condensed_and_full_systems_are_the_same(name: str, dpc: bool, deflectio
     model = wall_model(scene if dpc else replace(scene, dpc=None))
     solver = Solver(method="quasi_static")
     pairs = zip(
-        quasi_static_path(model, solver, 5),
-        quasi_static_path(model, replace(solver, condense=False), 5),
-        strict=True,
+        quasi_static_path(model, solver, 5), quasi_static_path(model, replace(solver, condense=False), 5), strict=True
     )
     for condensed, whole in pairs:
         assert condensed.residuals.unbalanced_force_ratio < 1e-6

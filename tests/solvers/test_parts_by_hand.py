@@ -73,10 +73,7 @@ def test_length_of_the_next_step(
     """The error is of second order, so the length is proportional to its root; 0.2 J is a fifth of 1 % of 100 J."""
     before = SimpleNamespace(energy_error=0.5, section_error=0.25)
     after = SimpleNamespace(
-        energy_error=0.5 + error,
-        section_error=0.25 + section,
-        largest_work=largest,
-        residual_work=residual,
+        energy_error=0.5 + error, section_error=0.25 + section, largest_work=largest, residual_work=residual
     )
     found = EnergyControl(0.01).next_length(before, after, damage, 0.3)  # type: ignore[arg-type]
     assert found == pytest.approx(length)

@@ -13,11 +13,7 @@ from statsmodels.genmod.generalized_linear_model import GLM
 from statsmodels.miscmodels.ordinal_model import OrderedModel
 
 from damagepred.errors import InputError
-from damagepred.uq.fragility import (
-    fit_fragility,
-    fit_lognormal,
-    stripes_from_counts,
-)
+from damagepred.uq.fragility import fit_fragility, fit_lognormal, stripes_from_counts
 from damagepred.uq.fragility.estimators import fit_grouped
 from damagepred.uq.fragility.fit import group_intervals
 from tests.uq.test_fragility import BETA, RATE, WIDTHS, fail, known, study

@@ -89,8 +89,7 @@ def test_exactly_known_capacities_in_closed_form():
 
 
 @pytest.mark.parametrize(
-    ("lower", "upper"),
-    [([np.nan, 1, 2], [1, 2, 3]), ([0, 1, 2], [1, np.nan, 3]), ([2, 1, 2], [1, 2, 3])],
+    ("lower", "upper"), [([np.nan, 1, 2], [1, 2, 3]), ([0, 1, 2], [1, np.nan, 3]), ([2, 1, 2], [1, 2, 3])]
 )
 def test_an_invalid_interval_is_refused(lower: list, upper: list):
     with pytest.raises(InputError, match="lower <= upper without NaN"):
@@ -158,11 +157,7 @@ def coverage(end: float, confidence: float, repetitions: int = 60, walls: int = 
             points=6,
         ).isel(category=0)
         at = curve["intensity"].values[4]
-        truth = {
-            "median": TRUTH,
-            "dispersion": SCATTER,
-            "probability": stats.norm.cdf(math.log(at / TRUTH) / SCATTER),
-        }
+        truth = {"median": TRUTH, "dispersion": SCATTER, "probability": stats.norm.cdf(math.log(at / TRUTH) / SCATTER)}
         for name, value in truth.items():
             band = curve.isel(intensity=4) if name == "probability" else curve
             hits[name] += bool(band[f"{name}_lower"] <= value <= band[f"{name}_upper"])

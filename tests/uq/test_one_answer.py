@@ -12,12 +12,7 @@ from scipy import special
 
 from damagepred.errors import InputError
 from damagepred.uq.comparison import compare
-from damagepred.uq.exceedance import (
-    CategoryCapacities,
-    estimate_exceedance,
-    exceedance,
-    pseudo_values,
-)
+from damagepred.uq.exceedance import CategoryCapacities, estimate_exceedance, exceedance, pseudo_values
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.movement_distribution import SITE, as_distribution
 from damagepred.uq.samplers import unit_points

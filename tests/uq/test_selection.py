@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 
 from damagepred.errors import InputError
-from damagepred.uq.selection import (
-    SelectionOptions,
-    select_cheapest,
-)
+from damagepred.uq.selection import SelectionOptions, select_cheapest
 
 LIMIT = 0.1
 

@@ -150,16 +150,7 @@ def test_a_bond_breaks_at_its_strength(
 
 @pytest.mark.quick_cases("solver", "offset")
 @pytest.mark.parametrize("offset", [-0.01, 0.01])
-@pytest.mark.parametrize(
-    ("unit", "friction"),
-    [
-        (BLOCK, 0.3),
-        (STONE, 0.75),
-        (STONE, 1.2),
-        (BRICK, 0.5),
-        (BRICK, 1.0),
-    ],
-)
+@pytest.mark.parametrize(("unit", "friction"), [(BLOCK, 0.3), (STONE, 0.75), (STONE, 1.2), (BRICK, 0.5), (BRICK, 1.0)])
 def test_a_block_slides_beyond_the_friction_angle(
     verify: Verify, solver: Solver, unit: Unit, friction: float, offset: float
 ) -> None:
@@ -193,10 +184,7 @@ def test_a_block_slides_beyond_the_friction_angle(
 
 @pytest.mark.quick_cases("solver", "offset")
 @pytest.mark.parametrize("offset", [-0.01, 0.01])
-@pytest.mark.parametrize(
-    ("b", "h"),
-    [(0.11, 0.44), (0.24, 0.75), (1.0, 1.5), (0.6, 4.8)],
-)
+@pytest.mark.parametrize(("b", "h"), [(0.11, 0.44), (0.24, 0.75), (1.0, 1.5), (0.6, 4.8)])
 def test_a_slender_block_topples(verify: Verify, solver: Solver, b: float, h: float, offset: float) -> None:
     unit = replace(BRICK, name="", b=b, h=h)
     angle = np.arctan(b / h * (1 + offset))

@@ -50,12 +50,7 @@ MODELS: dict[str, Callable[[], Model]] = {
 def path_of(model: Model, method: str, half: bool) -> list[Increment]:
     if method == "dynamic":  # so slowly that it stays near equilibrium
         settings = Dynamics(
-            duration=0.2,
-            outputs=2,
-            movement_time=0.18,
-            damping="local",
-            local_damping=0.3,
-            new_contacts=False,
+            duration=0.2, outputs=2, movement_time=0.18, damping="local", local_damping=0.3, new_contacts=False
         )
         return list(dynamic_run(model, QUASI_STATIC, settings))
     solver = {"quasi_static": QUASI_STATIC, "explicit": EXPLICIT}[method]

@@ -13,17 +13,7 @@ from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.points import Where
 from damagepred.scene import BlockMaterial, Solver
 from tests.verification.manual import ClosedForm, Verify
-from tests.verification.zoned_blocks import (
-    BRICKWORK,
-    CONCRETE,
-    NAMES,
-    RUBBER,
-    centres,
-    moduli,
-    order,
-    solved,
-    zones_of,
-)
+from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, centres, moduli, order, solved, zones_of
 
 pytestmark = pytest.mark.quick_cases("solver")
 
@@ -164,10 +154,7 @@ def converge(
 
 @pytest.mark.parametrize(
     ("length", "height", "material", "plane"),
-    [
-        (2.0, 1.0, CONCRETE, "strain"),
-        pytest.param(0.6, 0.2, RUBBER, "stress", marks=pytest.mark.slow),
-    ],
+    [(2.0, 1.0, CONCRETE, "strain"), pytest.param(0.6, 0.2, RUBBER, "stress", marks=pytest.mark.slow)],
 )
 def test_a_cantilever_bends(
     verify: Verify, solver: Solver, length: float, height: float, material: BlockMaterial, plane: str

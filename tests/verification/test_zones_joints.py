@@ -44,10 +44,7 @@ WINKLER = ClosedForm(
 
 @pytest.mark.parametrize(
     ("count", "material", "joint", "stress", "size"),
-    [
-        (2, BRICKWORK, Joint(normal_stiffness=82e9), -1e6, 0.03),
-        (4, CONCRETE, Joint(normal_stiffness=5e9), 2e5, 0.05),
-    ],
+    [(2, BRICKWORK, Joint(normal_stiffness=82e9), -1e6, 0.03), (4, CONCRETE, Joint(normal_stiffness=5e9), 2e5, 0.05)],
 )
 @pytest.mark.parametrize("blocks", ["rigid", "deformable"])
 def test_a_stack_is_springs_in_series(
@@ -137,10 +134,7 @@ def beam_on_bed(
 
 @pytest.mark.parametrize(
     ("material", "height", "softness", "size"),
-    [
-        (BRICKWORK, 0.1, 2e-2, 0.025),
-        pytest.param(BRICKWORK, 0.1, 2e-3, 0.025, marks=pytest.mark.slow),
-    ],
+    [(BRICKWORK, 0.1, 2e-2, 0.025), pytest.param(BRICKWORK, 0.1, 2e-3, 0.025, marks=pytest.mark.slow)],
 )
 def test_a_brick_on_a_joint_is_a_beam_on_a_bed(
     verify: Verify, solver: Solver, material: BlockMaterial, height: float, softness: float, size: float
