@@ -49,22 +49,7 @@ def test_the_open_joint_converges(verify: Verify, solver: Solver, rule: str, con
         if pieces in found:
             continue
         found[pieces] = error(solver, BRICK, rule, contacts, pieces)
-        verify(
-            RATE,
-            f"{pieces} x {contacts} contacts, {rule}: {BRICK}",
-            solver.method,
-            "error of θ",
-            found[pieces],
-            0.0,
-            6 / (pieces * contacts) ** 2,
-            scale=1.0,
-        )
-    verify(
-        RATE,
-        f"{contacts} contacts a piece, {rule}: {BRICK}",
-        solver.method,
-        "order",
-        np.log(found[2] / found[32]) / np.log(16),
-        2.0,
-        0.1,
-    )
+        case = f"{pieces} x {contacts} contacts, {rule}: {BRICK}"
+        verify(RATE, case, solver.method, "error of θ", found[pieces], 0.0, 6 / (pieces * contacts) ** 2, scale=1.0)
+    case = f"{contacts} contacts a piece, {rule}: {BRICK}"
+    verify(RATE, case, solver.method, "order", np.log(found[2] / found[32]) / np.log(16), 2.0, 0.1)

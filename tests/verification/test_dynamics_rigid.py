@@ -112,24 +112,10 @@ def test_a_rocking_block_is_upright_when_housner_says(verify: Verify, slendernes
         after = int(np.flatnonzero(angle < 0)[0])
         found = np.interp(0.0, -angle[after - 1 : after + 1], ds["time"].values[after - 1 : after + 1])
         errors.append(abs(found / exact - 1))
-    verify(
-        HOUSNER,
-        f"b/h = {slenderness}, θ0 = {share} α, k_n = 1e11 Pa/m",
-        "dynamic",
-        "quarter period, exact form (s)",
-        found,
-        exact,
-        3e-4,
-    )
-    verify(
-        HOUSNER,
-        f"b/h = {slenderness}, θ0 = {share} α, k_n = 1e11 Pa/m",
-        "dynamic",
-        "quarter period, slender block (s)",
-        found,
-        slender,
-        0.15 * alpha**2,
-    )
+    case = f"b/h = {slenderness}, θ0 = {share} α, k_n = 1e11 Pa/m"
+    verify(HOUSNER, case, "dynamic", "quarter period, exact form (s)", found, exact, 3e-4)
+    case = f"b/h = {slenderness}, θ0 = {share} α, k_n = 1e11 Pa/m"
+    verify(HOUSNER, case, "dynamic", "quarter period, slender block (s)", found, slender, 0.15 * alpha**2)
     assert errors[2] < 0.5 * errors[0] or errors[0] < 1e-5, "it converges as the contact gets stiffer"
 
 
@@ -178,15 +164,8 @@ def test_a_rocking_block_loses_at_impacts_what_housner_says(
     found = kept(ds, slenderness)
     assert found.size == 2
     for number, share in enumerate(found):
-        verify(
-            IMPACT,
-            f"b/h = {slenderness}, R = {radius:g} m, k_n = {stiffness:g} Pa/m{told}, impact {number + 1}",
-            "dynamic",
-            "r",
-            float(share),
-            exact,
-            0.015,
-        )
+        case = f"b/h = {slenderness}, R = {radius:g} m, k_n = {stiffness:g} Pa/m{told}, impact {number + 1}"
+        verify(IMPACT, case, "dynamic", "r", float(share), exact, 0.015)
     # what is lost is booked as damping, but for what bounces still and what rubs
     lost = float(
         ds["kinetic_energy"][0] - ds["kinetic_energy"][-1] + ds["external_work"][-1] - ds["elastic_energy"][-1]
@@ -278,14 +257,10 @@ def test_a_pulse_moves_a_block_by_newmarks_slip(
         exact = rectangular_slip(abs(peak), 0.1, mu, omega)
     else:
         exact = half_sine_slip(abs(peak), 0.1, mu)
+    case = f"{kind}, {peak:g} m/s², μ = {mu}, k_s = {stiffness:g} Pa/m"
+    computed = -np.sign(peak) * (x[-1, 1] - x[-1, 0])
     verify(
-        SLIDE,
-        f"{kind}, {peak:g} m/s², μ = {mu}, k_s = {stiffness:g} Pa/m",
-        "dynamic",
-        "way relative to the base (m)",
-        -np.sign(peak) * (x[-1, 1] - x[-1, 0]),
-        exact,
-        2e-4 if kind == "rectangular" else 2e-3,
+        SLIDE, case, "dynamic", "way relative to the base (m)", computed, exact, 2e-4 if kind == "rectangular" else 2e-3
     )
     assert np.abs(ds["energy_error"]).max() < 1e-4 * ds["friction_work"].max()
 
@@ -330,14 +305,8 @@ def test_a_slender_block_tips_by_its_own_rotation(
     block = on_plate(width, height, dry(stiffness, 1.0), slope=slope)
     fine = replace(STIFF, no_tension_subdivisions=16)
     ds = run(block, 4.0, 8, fine, damping="rayleigh", damping_ratio=0.05, frequency=0.5, second_frequency=1000.0)
-    verify(
-        TIPS,
-        f"b/h = {slender:g}, k_n = {stiffness:g} Pa/m, {share:g} of the limit",
-        "dynamic",
-        "topples",
-        bool(ds["block_rotation"].values[-1, 1] < -0.2),
-        topples,
-    )
+    case = f"b/h = {slender:g}, k_n = {stiffness:g} Pa/m, {share:g} of the limit"
+    verify(TIPS, case, "dynamic", "topples", bool(ds["block_rotation"].values[-1, 1] < -0.2), topples)
 
 
 @pytest.mark.parametrize("spin", [2 * np.pi, 20.0])
@@ -348,14 +317,8 @@ def test_a_turn_stresses_a_joint_by_centrifugal_force_alone(verify: Verify, spin
     np.testing.assert_allclose(moved[:2, 2], 2 * np.pi, rtol=1e-6)
     assert np.abs(moved[:2, :2]).max() < 1e-7
     exact = DENSITY * 0.075 * spin**2 * 0.0375
-    verify(
-        SPIN,
-        f"ω = {spin:.3g} rad/s, one turn",
-        "dynamic",
-        "σ below twice its mean",
-        bool(max(worst) < 2.001 * exact),
-        True,
-    )
+    case = f"ω = {spin:.3g} rad/s, one turn"
+    verify(SPIN, case, "dynamic", "σ below twice its mean", bool(max(worst) < 2.001 * exact), True)
     mean = np.mean(long_run_stress(spin))
     verify(SPIN, f"ω = {spin:.3g} rad/s", "dynamic", "σ (Pa)", mean, exact, 0.03)
 
@@ -374,15 +337,8 @@ def test_a_flying_pair_keeps_what_it_has(verify: Verify, shift: float) -> None:
     first, *_, last = (course.energy.balance() for _ in course)
     case = f"0.5 s, {course.steps} steps, {shift / 1e3:g} km from the origin"
     verify(KEPT, case, "dynamic", "momentum and angular momentum (kg m/s, kg m²/s)", momentum(course), before, 1e-9)
-    verify(
-        KEPT,
-        case,
-        "dynamic",
-        "kinetic and elastic energy (J)",
-        last.kinetic_energy + last.elastic_energy,
-        first.kinetic_energy,
-        1e-6,
-    )
+    computed = last.kinetic_energy + last.elastic_energy
+    verify(KEPT, case, "dynamic", "kinetic and elastic energy (J)", computed, first.kinetic_energy, 1e-6)
 
 
 def exchanged(ds: object) -> float:
@@ -408,16 +364,9 @@ def test_energy_is_kept_over_many_steps(verify: Verify, kind: str) -> None:
         ),
     )
     assert ds["cycles"].sum() > 1e5
-    verify(
-        AUDIT,
-        f"{kind}, {int(ds['cycles'].sum())} steps",
-        "dynamic",
-        "largest error, share",
-        float(np.abs(ds["energy_error"]).max()) / exchanged(ds),
-        0.0,
-        1e-3,
-        scale=1.0,
-    )
+    case = f"{kind}, {int(ds['cycles'].sum())} steps"
+    computed = float(np.abs(ds["energy_error"]).max()) / exchanged(ds)
+    verify(AUDIT, case, "dynamic", "largest error, share", computed, 0.0, 1e-3, scale=1.0)
 
 
 def swinging() -> Assembly:

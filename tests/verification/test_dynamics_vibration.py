@@ -68,27 +68,13 @@ def test_a_stack_vibrates_in_its_modes(verify: Verify, n: int, mode: int, stiffn
     shifted = 2 / dt * np.arcsin(omega * dt / 2)
     time = ds["time"].values[:, None]
     exact = 1e-3 * dt / np.sin(shifted * dt) * np.sin(shifted * time) * shape
-    verify(
-        MODES,
-        f"{n} bricks, mode {mode}, k_n = {stiffness:g} Pa/m",
-        "dynamic",
-        "displacement (m)",
-        ds["block_displacement_y"].values,
-        exact,
-        1e-8,
-    )
+    case = f"{n} bricks, mode {mode}, k_n = {stiffness:g} Pa/m"
+    verify(MODES, case, "dynamic", "displacement (m)", ds["block_displacement_y"].values, exact, 1e-8)
     error = np.abs(ds["energy_error"].values).max() / ds["kinetic_energy"].values[0]
     assert error < 1e-9
     highest = 2 * root * np.sin((2 * n - 1) * np.pi / (2 * (2 * n + 1)))
-    verify(
-        HIGHEST,
-        f"{n} bricks, k_n = {stiffness:g} Pa/m",
-        "dynamic",
-        "ω (rad/s)",
-        ds.attrs["highest_frequency"],
-        highest,
-        1e-9,
-    )
+    case = f"{n} bricks, k_n = {stiffness:g} Pa/m"
+    verify(HIGHEST, case, "dynamic", "ω (rad/s)", ds.attrs["highest_frequency"], highest, 1e-9)
     assert ds.attrs["highest_frequency_bound"] >= highest
 
 
@@ -126,15 +112,8 @@ def test_damping_takes_what_it_should(verify: Verify, damping: dict) -> None:
     else:
         xi = alpha / (2 * omega) + beta * omega / 2
         ratio, tolerance = np.exp(-2 * np.pi * xi / np.sqrt(1 - xi**2)), 2e-3
-    verify(
-        DECAY,
-        ", ".join(f"{v}" for v in damping.values()),
-        "dynamic",
-        "peak over the one before",
-        peak[1:3] / peak[:2],
-        [ratio] * 2,
-        tolerance,
-    )
+    case = ", ".join(f"{v}" for v in damping.values())
+    verify(DECAY, case, "dynamic", "peak over the one before", peak[1:3] / peak[:2], [ratio] * 2, tolerance)
     balance = course.energy.balance()
     assert abs(balance.energy_error) < 1e-3 * balance.damping_work
 
@@ -143,15 +122,9 @@ def test_damping_takes_what_it_should(verify: Verify, damping: dict) -> None:
 def test_a_stack_comes_to_rest(verify: Verify, n: int, stiffness: float, width: float) -> None:
     ds = run(stack(n, stiffness, width), 0.15, 5, start="unstressed", damping="local")
     w, i = DENSITY * width * 0.1 * THICKNESS * G, np.arange(1, n + 1)
-    verify(
-        STATIC,
-        f"{n} blocks, {width} m wide, k_n = {stiffness:g} Pa/m",
-        "dynamic",
-        "settlement (m)",
-        ds["block_displacement_y"].values[-1],
-        -w * i * (2 * n - i + 1) / (2 * stiffness * width * THICKNESS),
-        1e-6,
-    )
+    case = f"{n} blocks, {width} m wide, k_n = {stiffness:g} Pa/m"
+    exact = -w * i * (2 * n - i + 1) / (2 * stiffness * width * THICKNESS)
+    verify(STATIC, case, "dynamic", "settlement (m)", ds["block_displacement_y"].values[-1], exact, 1e-6)
 
 
 @pytest.mark.parametrize(("share", "stable"), [(0.999, True), (1.001, False)])

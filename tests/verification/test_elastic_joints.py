@@ -56,15 +56,9 @@ STUCK = ClosedForm(
 def test_a_stack_settles_under_its_own_weight(verify: Verify, solver: Solver, unit: Unit, n: int) -> None:
     ds = damagepred.solve(stack(unit, n), solver=solver, increments=1)
     i = np.arange(1, n + 1)
-    verify(
-        STACK,
-        f"n = {n}: {unit}",
-        solver.method,
-        "settlement (m)",
-        -ds["block_displacement_y"].values[-1],
-        unit.weight * i * (2 * n - i + 1) / (2 * unit.k_n * unit.area),
-        1e-6,
-    )
+    case = f"n = {n}: {unit}"
+    exact = unit.weight * i * (2 * n - i + 1) / (2 * unit.k_n * unit.area)
+    verify(STACK, case, solver.method, "settlement (m)", -ds["block_displacement_y"].values[-1], exact, 1e-6)
 
 
 @pytest.mark.parametrize(("unit", "n", "modulus"), [(UNITS[0], 10, 9e9), (UNITS[1], 5, 2e9), (UNITS[2], 8, 0.5e9)])
@@ -75,15 +69,9 @@ def test_elastic_blocks_settle_more(verify: Verify, solver: Solver, unit: Unit, 
     )
     span = np.where(np.arange(n) == 0, unit.h / 2, unit.h)
     carried = unit.weight * np.arange(n, 0, -1)
-    verify(
-        SERIES,
-        f"n = {n}, E {1e-6 * modulus:g} MPa: {unit}",
-        solver.method,
-        "settlement (m)",
-        -ds["block_displacement_y"].values[-1],
-        np.cumsum(carried / unit.area * (1 / unit.k_n + span / modulus)),
-        1e-6,
-    )
+    case = f"n = {n}, E {1e-6 * modulus:g} MPa: {unit}"
+    exact = np.cumsum(carried / unit.area * (1 / unit.k_n + span / modulus))
+    verify(SERIES, case, solver.method, "settlement (m)", -ds["block_displacement_y"].values[-1], exact, 1e-6)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 1 / 6])
@@ -95,15 +83,9 @@ def test_a_joint_turns_under_an_eccentric_load(verify: Verify, solver: Solver, u
     ds = damagepred.solve(assembly, solver=solver, increments=1).isel(increment=-1, block=block)
     case = f"e = {share:.3g} b, N/A 0.1 MPa: {unit}"
     # the edge that is just about to open is the place of the largest settlement, whatever the eccentricity
-    verify(
-        TILT,
-        case,
-        solver.method,
-        "settlement and b/2 times rotation (m)",
-        [-float(ds["block_displacement_y"]), -float(ds["block_rotation"]) * unit.b / 2],
-        [force / (unit.k_n * unit.area), 6 * force * share / (unit.k_n * unit.t * unit.b)],
-        1e-6,
-    )
+    computed = [-float(ds["block_displacement_y"]), -float(ds["block_rotation"]) * unit.b / 2]
+    exact = [force / (unit.k_n * unit.area), 6 * force * share / (unit.k_n * unit.t * unit.b)]
+    verify(TILT, case, solver.method, "settlement and b/2 times rotation (m)", computed, exact, 1e-6)
 
 
 @pytest.mark.parametrize(
@@ -118,15 +100,9 @@ def test_the_rule_for_the_contacts(verify: Verify, solver: Solver, rule: str, co
     assembly.load(block, moment=moment)
     settings = replace(solver, quadrature=rule, contacts_per_interface=contacts)
     ds = damagepred.solve(assembly, solver=settings, increments=1).isel(increment=-1, block=block)
-    verify(
-        SPRINGS,
-        f"{contacts} contacts, {rule}: {unit}",
-        solver.method,
-        "rotation over that of the continuous joint",
-        float(ds["block_rotation"]) * unit.k_n * unit.t * unit.b**3 / (12 * moment),
-        share,
-        1e-6,
-    )
+    case = f"{contacts} contacts, {rule}: {unit}"
+    computed = float(ds["block_rotation"]) * unit.k_n * unit.t * unit.b**3 / (12 * moment)
+    verify(SPRINGS, case, solver.method, "rotation over that of the continuous joint", computed, share, 1e-6)
 
 
 @pytest.mark.parametrize(
@@ -149,12 +125,7 @@ def test_a_block_sticks_on_an_incline(
     assert (ds["contact_slip"].values == 0).all()
     turned = ds["block_rotation"].values[block]
     shear, along = unit.weight * np.sin(angle), unit.k_n * unit.t * unit.b**3 / 12
-    verify(
-        STUCK,
-        f"α = {degrees:g}°, tan φ 0.9, C and f_t {1e-3 * cohesion:g} kPa: {unit}",
-        solver.method,
-        "shear displacement and h/2 times rotation (m)",
-        [ds["block_displacement_x"].values[block] + turned * unit.h / 2, -turned * unit.h / 2],
-        [shear / (unit.k_s * unit.area), shear * (unit.h / 2) ** 2 / along],
-        1e-6,
-    )
+    case = f"α = {degrees:g}°, tan φ 0.9, C and f_t {1e-3 * cohesion:g} kPa: {unit}"
+    computed = [ds["block_displacement_x"].values[block] + turned * unit.h / 2, -turned * unit.h / 2]
+    exact = [shear / (unit.k_s * unit.area), shear * (unit.h / 2) ** 2 / along]
+    verify(STUCK, case, solver.method, "shear displacement and h/2 times rotation (m)", computed, exact, 1e-6)

@@ -62,16 +62,8 @@ def test_sliding_follows_the_curve(verify: Verify, solver: Solver, times: float)
     exact[slips] = [
         strength(brentq(lambda t, u=u: K_S * (u - t) - strength(t), 0.0, u, xtol=1e-15)) for u in way[slips]
     ]
-    verify(
-        CURVE,
-        f"slid, G_II {times:g} times the elastic energy",
-        solver.method,
-        "shear stress (Pa)",
-        force / AREA,
-        exact,
-        1e-5,
-        scale=JOINT.cohesion,
-    )
+    case = f"slid, G_II {times:g} times the elastic energy"
+    verify(CURVE, case, solver.method, "shear stress (Pa)", force / AREA, exact, 1e-5, scale=JOINT.cohesion)
 
 
 @pytest.mark.parametrize("softening", ["linear", "exponential"])
@@ -83,12 +75,6 @@ def test_a_block_that_is_shot_off_loses_the_fracture_energy(verify: Verify, soft
     dynamics = Dynamics(duration=3e-3, outputs=20, start="unstressed", time_step_safety=0.005)
     solver = SOLVERS["explicit"]
     first, *_, last = (step.energy for step in dynamic_run(wall.build(solver), solver, dynamics))
-    verify(
-        CURVE,
-        f"shot off, {softening}",
-        "dynamic",
-        "lost kinetic energy and fracture work over area (N/m)",
-        [(first.kinetic_energy - last.kinetic_energy) / AREA, last.fracture_work / AREA],
-        [G_F, G_F],
-        1e-3,
-    )
+    case = f"shot off, {softening}"
+    computed = [(first.kinetic_energy - last.kinetic_energy) / AREA, last.fracture_work / AREA]
+    verify(CURVE, case, "dynamic", "lost kinetic energy and fracture work over area (N/m)", computed, [G_F, G_F], 1e-3)

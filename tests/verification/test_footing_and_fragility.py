@@ -60,24 +60,10 @@ def test_figures_of_the_footing(verify: Verify) -> None:
     shape, stiffness, slope = beam_under_three_loads(np.array([0.25]))
     profile = Movement(kind="doming", central_deflection=1.0).profile
     step = 1e-7
-    verify(
-        BEAM,
-        "L = 1, δ = 1",
-        "profile",
-        "w(L/4) and w'(0)",
-        [profile(np.array([0.25]), 1.0)[0], profile(np.array([step]), 1.0)[0] / step],
-        [27 / 38, 60 / 19],
-        1e-6,
-    )
-    verify(
-        BEAM,
-        "L = 1, δ = 1",
-        "beam equation",
-        "w(L/4), w'(0) and P",
-        [shape[0], slope, stiffness],
-        [27 / 38, 60 / 19, 384 / 19],
-        1e-9,
-    )
+    computed = [profile(np.array([0.25]), 1.0)[0], profile(np.array([step]), 1.0)[0] / step]
+    verify(BEAM, "L = 1, δ = 1", "profile", "w(L/4) and w'(0)", computed, [27 / 38, 60 / 19], 1e-6)
+    computed = [shape[0], slope, stiffness]
+    verify(BEAM, "L = 1, δ = 1", "beam equation", "w(L/4), w'(0) and P", computed, [27 / 38, 60 / 19, 384 / 19], 1e-9)
 
 
 @pytest.mark.parametrize(("length", "deflection"), [(6.0, 8e-3), (6.0, 1.0), (10.0, 1e-3)])
@@ -88,15 +74,8 @@ def test_the_arc_is_a_circle(verify: Verify, length: float, deflection: float) -
     # x² + w² = 2 a x + 2 b w + c through the three points
     points = np.array([[0.0, 0.0], [length, 0.0], [length / 2, deflection]])
     a, b, c = np.linalg.solve(np.column_stack((2 * points, np.ones(3))), (points**2).sum(axis=1))
-    verify(
-        ARC,
-        f"L = {length:g} m, δ = {1e3 * deflection:g} mm",
-        "profile",
-        "deflection (m)",
-        w,
-        b + np.sqrt(c + a**2 + b**2 - (x - a) ** 2),
-        1e-6,
-    )
+    case = f"L = {length:g} m, δ = {1e3 * deflection:g} mm"
+    verify(ARC, case, "profile", "deflection (m)", w, b + np.sqrt(c + a**2 + b**2 - (x - a) ** 2), 1e-6)
 
 
 @pytest.mark.parametrize("kind", ["dishing", "doming"])
@@ -116,15 +95,9 @@ def test_a_flexible_wall_follows_its_footing(verify: Verify, kind: str) -> None:
         moved = ds["block_displacement_y"].values + ds["block_rotation"].values * (place - ds["block_x"].values)
         opening = ds["contact_opening"].values[ground][i]
         underside[i] = moved[inside][np.abs(moved[inside] - rise[i] - opening).argmin()]
-    verify(
-        GROUND,
-        f"{kind}, 4.8 m x 0.15 m, δ = 0.2 mm",
-        "quasi_static",
-        "underside less opening (m)",
-        underside - ds["contact_opening"].values[ground],
-        rise,
-        1e-6,
-    )
+    case = f"{kind}, 4.8 m x 0.15 m, δ = 0.2 mm"
+    computed = underside - ds["contact_opening"].values[ground]
+    verify(GROUND, case, "quasi_static", "underside less opening (m)", computed, rise, 1e-6)
 
 
 @pytest.mark.parametrize("dispersion", [0.2, 0.45, 0.8])

@@ -108,25 +108,11 @@ def test_equal_jacks_bend_the_footing(verify: Verify, solver: Solver, strip: Str
     found = 2 * fine - coarse if strip is STOCKY else fine
     thin, sheared = 19 * strip.length**3 / (384 * strip.bending), strip.length / strip.shear
     case = f"{kind}, {support}: {strip}"
-    verify(
-        JACKS,
-        case,
-        solver.method,
-        "δ/P, twice, and w(L/4)/P (m/N)",
-        found[[0, 2, 1]],
-        [thin + sheared / 2] * 2 + [27 / 38 * thin + 3 / 8 * sheared],
-        1e-3,
-    )
+    exact = [thin + sheared / 2] * 2 + [27 / 38 * thin + 3 / 8 * sheared]
+    verify(JACKS, case, solver.method, "δ/P, twice, and w(L/4)/P (m/N)", found[[0, 2, 1]], exact, 1e-3)
     if strip is SLENDER:
-        verify(
-            JACKS,
-            f"thin; {case}",
-            solver.method,
-            "384 E I δ/(19 P L³) and w(L/4)/δ",
-            [found[0] / thin, found[1] / found[0]],
-            [1, 27 / 38],
-            1e-3,
-        )
+        computed = [found[0] / thin, found[1] / found[0]]
+        verify(JACKS, f"thin; {case}", solver.method, "384 E I δ/(19 P L³) and w(L/4)/δ", computed, [1, 27 / 38], 1e-3)
 
 
 def test_the_jacks_carry_the_footing_when_the_path_begins(verify: Verify, solver: Solver) -> None:
@@ -183,15 +169,8 @@ def sagged(strip: Strip, solver: Solver, load: float, pieces: int) -> float:
 def test_the_footing_sags_between_supports(
     verify: Verify, solver: Solver, strip: Strip, load: float, pieces: int, tolerance: float
 ) -> None:
-    verify(
-        SAG,
-        f"{load:.0f} N/m, {pieces} segments: {strip}",
-        solver.method,
-        "δ (m)",
-        sagged(strip, solver, load, pieces),
-        sag(strip, load),
-        tolerance,
-    )
+    case = f"{load:.0f} N/m, {pieces} segments: {strip}"
+    verify(SAG, case, solver.method, "δ (m)", sagged(strip, solver, load, pieces), sag(strip, load), tolerance)
 
 
 @pytest.mark.parametrize(
@@ -205,15 +184,8 @@ def test_shorter_segments_sag_more_like_the_beam(
     for n, value in zip(pieces, found, strict=True):
         verify(CHAIN, f"{n} segments: {strip}", solver.method, "δ (m)", value, sag_of_chain(strip, load, n), 4e-4)
     errors = np.abs(found - sag(strip, load))
-    verify(
-        SAG,
-        f"{pieces[0]} to {pieces[2]} segments: {strip}",
-        solver.method,
-        "order",
-        np.log(errors[0] / errors[2]) / np.log(4),
-        order,
-        0.1,
-    )
+    case = f"{pieces[0]} to {pieces[2]} segments: {strip}"
+    verify(SAG, case, solver.method, "order", np.log(errors[0] / errors[2]) / np.log(4), order, 0.1)
 
 
 @pytest.mark.parametrize("support", ["held", "lift_off"])
@@ -230,15 +202,9 @@ def test_the_ends_cantilever(verify: Verify, solver: Solver, strip: Strip, load:
     _, carried = reactions(model, last, ContactKind.SUPPORT)
     verify(ENDS, case, solver.method, "all of the supports' load (N)", carried.sum(), 0.0, 1e-5, scale=weight)
     x, bent = moments(model, last)
-    verify(
-        ENDS,
-        case,
-        solver.method,
-        "moment at x = L/4 (without P's peak) (N m)",
-        np.interp(0.24 * length, x, bent),
-        -weight / length * (0.24 * length) ** 2 / 2,
-        1e-2,
-    )
+    computed = np.interp(0.24 * length, x, bent)
+    expected = -weight / length * (0.24 * length) ** 2 / 2
+    verify(ENDS, case, solver.method, "moment at x = L/4 (without P's peak) (N m)", computed, expected, 1e-2)
 
 
 def zoned(strip: Strip, solver: Solver, cells: int) -> float:
@@ -258,15 +224,8 @@ def test_equal_jacks_bend_a_footing_of_zones(verify: Verify) -> None:
     for n, value in zip(cells, found, strict=True):
         verify(ZONED, f"{n} cells over the depth: {strip}", solver.method, "δ/P (m/N)", value, exact, 0.9 / n**2)
     few, many = (n**2 for n in cells)
-    verify(
-        ZONED,
-        f"{cells[0]} and {cells[1]} cells, to size 0: {strip}",
-        solver.method,
-        "δ/P (m/N)",
-        (many * found[1] - few * found[0]) / (many - few),
-        exact,
-        2e-2,
-    )
+    case = f"{cells[0]} and {cells[1]} cells, to size 0: {strip}"
+    verify(ZONED, case, solver.method, "δ/P (m/N)", (many * found[1] - few * found[0]) / (many - few), exact, 2e-2)
 
 
 # -- with brickwork bonded to it ---------------------------------------------------------------------------------------
@@ -369,12 +328,5 @@ def test_a_bed_that_slips_stiffens_it_less(verify: Verify, slip: float) -> None:
     strip, course, load, modulus = PAPER, 0.15, 1e3, 9e9
     coarse, fine = (brickwork(strip, n, 1, course, modulus, slip, load) for n in (40, 80))
     case = f"k_s {slip / 1e9:g} N/mm³, {1e3 * course:g} mm of E {modulus / 1e6:g} MPa: {strip}"
-    verify(
-        NEWMARK,
-        case,
-        "quasi_static",
-        "δ, to size 0 (m)",
-        (4 * fine - coarse) / 3,
-        sag_with_slip(strip, course, modulus, slip, load),
-        5e-4,
-    )
+    exact = sag_with_slip(strip, course, modulus, slip, load)
+    verify(NEWMARK, case, "quasi_static", "δ, to size 0 (m)", (4 * fine - coarse) / 3, exact, 5e-4)

@@ -117,15 +117,8 @@ def test_a_wall_settles_with_its_footing(verify: Verify, solver: Solver, stiffne
     segments, allowed = model.footing, 2e-3 if solver.method == "explicit" else 1e-6
     verify(SETTLES, case, solver.method, "settlement (m)", first.displacement[segments, 1], settled, allowed)
     ground = 0.01 * (0.2 + 0.8 * model.blocks.x[segments] / 2.4)
-    verify(
-        SETTLES,
-        f"tilting; {case}",
-        solver.method,
-        "level (m)",
-        last.displacement[segments, 1],
-        settled + ground,
-        allowed,
-    )
+    name = f"tilting; {case}"
+    verify(SETTLES, name, solver.method, "level (m)", last.displacement[segments, 1], settled + ground, allowed)
 
 
 def settled_by(strip: Strip, solver: Solver, stiffness: float, at: float, force: float, pieces: int) -> np.ndarray:
@@ -169,15 +162,8 @@ def test_a_stocky_footing_on_an_elastic_foundation(
     x = np.array([0.0, 0.5, 1.0]) * length
     exact = timoshenko_on_bed(x, length, strip.bending, strip.shear, k, at, force)
     z = (k / (4 * strip.bending)) ** 0.25 * length
-    verify(
-        HETENYI,
-        f"P at {at / length:.3g} L, λL = {z:.3g}, {pieces} segments: {strip}",
-        solver.method,
-        "w(0), w(L/2), w(L) (m)",
-        found,
-        exact,
-        3e-3 * (61 / pieces) ** 2,
-    )
+    case = f"P at {at / length:.3g} L, λL = {z:.3g}, {pieces} segments: {strip}"
+    verify(HETENYI, case, solver.method, "w(0), w(L/2), w(L) (m)", found, exact, 3e-3 * (61 / pieces) ** 2)
 
 
 # -- lift-off ---------------------------------------------------------------------------------------------------------
@@ -220,16 +206,8 @@ def test_the_footing_lifts_off(
     )
     case = f"{mound.shape}, {kind}, {load / 1e3:g} kN/m, k {stiffness / 1e6:g} N/mm²/m: {strip}"
     x = np.linspace(0.0, length, 13)
-    verify(
-        LIFTS,
-        case,
-        solver.method,
-        "level (m)",
-        level(model, last, x),
-        np.interp(x, known.x, known.level),
-        1e-2,
-        scale=mound.largest(kind),
-    )
+    expected = np.interp(x, known.x, known.level)
+    verify(LIFTS, case, solver.method, "level (m)", level(model, last, x), expected, 1e-2, scale=mound.largest(kind))
     place, bent = moments(model, last)
     exact = np.interp(place, known.x, known.moment)
     verify(LIFTS, case, solver.method, "moment (N m)", bent, exact, 2e-2)
@@ -237,25 +215,10 @@ def test_the_footing_lifts_off(
     off = 1 - (known.pressure > 0).mean()
     assert off > 0.05, "the footing must lift off"
     share = model.interfaces.contact_area[model.interfaces.kind == ContactKind.SOIL].ravel() / (strip.width * length)
-    verify(
-        LIFTS,
-        case,
-        solver.method,
-        "share of the length lifted off",
-        share[carried <= 0].sum(),
-        off,
-        1.5 / pieces,
-        scale=1.0,
-    )
-    verify(
-        LIFTS,
-        case,
-        solver.method,
-        "all that the ground carries (N)",
-        carried.sum(),
-        (strip.line_weight + load) * length,
-        1e-5,
-    )
+    computed = share[carried <= 0].sum()
+    verify(LIFTS, case, solver.method, "share of the length lifted off", computed, off, 1.5 / pieces, scale=1.0)
+    expected = (strip.line_weight + load) * length
+    verify(LIFTS, case, solver.method, "all that the ground carries (N)", carried.sum(), expected, 1e-5)
 
 
 LONG = Strip("long", 24.0, 0.4, 0.1, 40e9)
@@ -278,30 +241,15 @@ def test_the_footing_bends_over_a_step(verify: Verify, strip: Strip, depth: floa
     x, bent = moments(model, last)
     verify(STEP, case, "quasi_static", "M(edge) (N m)", bent[np.abs(x - edge).argmin()], -q * a**2 / 4, 1e-2)
     place, carried = reactions(model, last, ContactKind.SOIL)
-    verify(
-        STEP,
-        case,
-        "quasi_static",
-        "R(edge) (N)",
-        carried[np.abs(place - edge) < h].sum(),
-        q * a * (3 / 4 + r / 2 + 1 / (4 * r)),
-        1e-2,
-    )
+    computed = carried[np.abs(place - edge) < h].sum()
+    verify(STEP, case, "quasi_static", "R(edge) (N)", computed, q * a * (3 / 4 + r / 2 + 1 / (4 * r)), 1e-2)
     near = (place > edge - 2 * a) & (place < edge + 2 * b) & (np.abs(place - edge) > 1.5 * h) & (carried > 0)
     before, after = place[near & (place < edge)].max(), place[near & (place > edge)].min()
     verify(STEP, case, "quasi_static", "a and b (m)", [edge - before, after - edge], [a, b], 2.5 * h, scale=1.0)
     known = np.linspace(0.0, a, 7)
     rise = q / strip.bending * (a * known**3 / 24 - known**4 / 24)
-    verify(
-        STEP,
-        case,
-        "quasi_static",
-        "rise before the edge over the step",
-        level(model, last, edge - a + known) / depth,
-        rise / depth,
-        5e-3,
-        scale=1.0,
-    )
+    computed = level(model, last, edge - a + known) / depth
+    verify(STEP, case, "quasi_static", "rise before the edge over the step", computed, rise / depth, 5e-3, scale=1.0)
 
 
 @pytest.mark.parametrize(("strip", "rise"), [(SLENDER, 0.01), (SLENDER, 0.05), (LONG, 0.1)])
@@ -321,13 +269,5 @@ def test_the_footing_is_lifted_at_its_end(verify: Verify, strip: Strip, rise: fl
     verify(LIFTED, case, "quasi_static", "ℓ (m)", length - pressed.max(), free, 2.5 * h, scale=1.0)
     known = np.linspace(0.0, free, 7)
     up = q / (24 * strip.bending) * (2 * free * known**3 - known**4)
-    verify(
-        LIFTED,
-        case,
-        "quasi_static",
-        "level over δ",
-        level(model, last, length - free + known) / rise,
-        up / rise,
-        5e-3,
-        scale=1.0,
-    )
+    computed = level(model, last, length - free + known) / rise
+    verify(LIFTED, case, "quasi_static", "level over δ", computed, up / rise, 5e-3, scale=1.0)

@@ -205,16 +205,8 @@ def test_slip_breaks_what_opening_has_left(verify: Verify, solver: Solver, law: 
     put_in = pulled + tau**2 / (2 * K_S)
     fracture = max(pulled - 0.5 * sigma * at, 0.0)
     case = f"{law}, slid by {share:g} C/k_s"
-    verify(
-        MIXED,
-        case,
-        solver.method,
-        "work over area (N/m)",
-        delivered(ds, brick) / AREA,
-        put_in,
-        0.01,
-        scale=max(put_in, 0.05 * G_F),
-    )
+    computed = delivered(ds, brick) / AREA
+    verify(MIXED, case, solver.method, "work over area (N/m)", computed, put_in, 0.01, scale=max(put_in, 0.05 * G_F))
     if solver.method == "quasi_static":
         verify(
             MIXED,
@@ -253,16 +245,8 @@ def test_the_first_slip_leaves_the_residual_strength(
     u = np.arange(steps + 1) / steps * moved
     exact = np.where(K_S * u <= peak, K_S * u, left)
     force, _ = forces(ds, box)
-    verify(
-        BOX,
-        f"p {1e-6 * pressure:g} MPa" + (", bond softens" if softens else ""),
-        solver.method,
-        "shear stress (Pa)",
-        force[:, 0] / AREA,
-        exact,
-        1e-5,
-        scale=peak,
-    )
+    case = f"p {1e-6 * pressure:g} MPa" + (", bond softens" if softens else "")
+    verify(BOX, case, solver.method, "shear stress (Pa)", force[:, 0] / AREA, exact, 1e-5, scale=peak)
     if solver.method == "quasi_static":
         assert float(ds["fracture_work"][-1]) == 0.0  # slip sets free what the joint holds
         free = (peak**2 - left**2) / (2 * K_S) - left * (peak - left) / K_S
@@ -278,15 +262,9 @@ def test_a_half_softened_joint_has_taken_its_share(verify: Verify, law: str, sha
     bond = (W_C - share * W_C) / (W_C - U_0)
     exact = [G_F * (1 - bond), 0.5 * bond * F_T * share * W_C]
     names = ("fracture_work", "elastic_energy")
-    verify(
-        HALF,
-        f"{law}, opened to {share:g} w_c",
-        QUASI_STATIC.method,
-        "fracture work and elastic energy over area (N/m)",
-        [float(ds[n][-1]) / AREA for n in names],
-        exact,
-        1e-6,
-    )
+    case = f"{law}, opened to {share:g} w_c"
+    computed = [float(ds[n][-1]) / AREA for n in names]
+    verify(HALF, case, QUASI_STATIC.method, "fracture work and elastic energy over area (N/m)", computed, exact, 1e-6)
     assert float(ds["external_work"][-1]) == pytest.approx(AREA * sum(exact), rel=0.01)
     balanced(ds, AREA * sum(exact), 0.01)
 

@@ -71,15 +71,9 @@ def test_a_joint_without_tension_opens(verify: Verify, solver: Solver, unit: Uni
     assembly.load(block, y=-force, at=(share * unit.b, unit.h))
     ds = damagepred.solve(assembly, solver=solver, increments=1).isel(increment=-1, block=block)
     pressed = 3 * (unit.b / 2 - share * unit.b)
-    verify(
-        OPENED,
-        f"e = {share:g} b, N/A 0.1 MPa, {pieces} x {solver.no_tension_parts} x 3 contacts: {unit}",
-        solver.method,
-        "rotation (rad)",
-        -float(ds["block_rotation"]),
-        2 * force / (unit.k_n * unit.t * pressed**2),
-        0.002,
-    )
+    case = f"e = {share:g} b, N/A 0.1 MPa, {pieces} x {solver.no_tension_parts} x 3 contacts: {unit}"
+    computed = -float(ds["block_rotation"])
+    verify(OPENED, case, solver.method, "rotation (rad)", computed, 2 * force / (unit.k_n * unit.t * pressed**2), 0.002)
 
 
 @pytest.mark.parametrize("share", [0.05, 0.25, 0.35])
@@ -90,15 +84,10 @@ def test_a_plate_on_springs_lifts(verify: Verify, solver: Solver, unit: Unit, co
     assembly.load(block, y=-force, at=(share * unit.b, unit.h))
     settings = replace(solver, quadrature="midpoint", contacts_per_interface=contacts)
     ds = damagepred.solve(assembly, solver=settings, increments=1).isel(increment=-1, block=block)
-    verify(
-        OPENED_SPRINGS,
-        f"e = {share:g} b, N/A 0.1 MPa, {contacts} midpoints: {unit}",
-        solver.method,
-        "settlement and b/2 times rotation (m)",
-        [-float(ds["block_displacement_y"]), -float(ds["block_rotation"]) * unit.b / 2],
-        springs_without_tension(unit, contacts, share),
-        1e-5,
-    )
+    case = f"e = {share:g} b, N/A 0.1 MPa, {contacts} midpoints: {unit}"
+    computed = [-float(ds["block_displacement_y"]), -float(ds["block_rotation"]) * unit.b / 2]
+    exact = springs_without_tension(unit, contacts, share)
+    verify(OPENED_SPRINGS, case, solver.method, "settlement and b/2 times rotation (m)", computed, exact, 1e-5)
 
 
 def springs_without_tension(unit: Unit, count: int, share: float) -> list[float]:
@@ -128,24 +117,11 @@ def test_a_bond_breaks_at_its_strength(
     assembly.load(block, y=force, at=(share * unit.b, unit.h))
     ds = damagepred.solve(assembly, solver=replace(solver, ramp_cycles=20_000), increments=1)
     case = f"{over:g} F, e = {share:g} b, f_t {1e-6 * strength:g} MPa: {unit}"
-    verify(
-        RELEASE,
-        case,
-        solver.method,
-        "verdict",
-        "breaks" if (ds["contact_state"].values[-1] == 1).any() else "holds",
-        "breaks" if over > 1 else "holds",
-    )
+    computed = "breaks" if (ds["contact_state"].values[-1] == 1).any() else "holds"
+    verify(RELEASE, case, solver.method, "verdict", computed, "breaks" if over > 1 else "holds")
     if over < 1:
-        verify(
-            RELEASE,
-            case,
-            solver.method,
-            "edge stress (Pa)",
-            ds["contact_normal_stress"].values[-1].max(),
-            over * strength,
-            1e-6,
-        )
+        computed = ds["contact_normal_stress"].values[-1].max()
+        verify(RELEASE, case, solver.method, "edge stress (Pa)", computed, over * strength, 1e-6)
 
 
 @pytest.mark.quick_cases("solver", "offset")
@@ -158,25 +134,14 @@ def test_a_block_slides_beyond_the_friction_angle(
     angle = np.arctan(slope)
     assembly, block = on_plate(unit, unit.joint(friction=friction), (G * np.sin(angle), -G * np.cos(angle)))
     ds = damagepred.solve(assembly, solver=solver, increments=1)
-    verify(
-        INCLINE,
-        f"tan α = {slope:.4g}, tan φ = {friction:g}: {unit}",
-        solver.method,
-        "verdict",
-        "slides" if ds.attrs["status"] == "collapsed" else "sticks",
-        "slides" if offset > 0 else "sticks",
-    )
+    case = f"tan α = {slope:.4g}, tan φ = {friction:g}: {unit}"
+    computed = "slides" if ds.attrs["status"] == "collapsed" else "sticks"
+    verify(INCLINE, case, solver.method, "verdict", computed, "slides" if offset > 0 else "sticks")
     if offset < 0:
         shear = ds["contact_shear_stress"].values[-1] * ds["contact_length"].values * unit.t
-        verify(
-            INCLINE,
-            f"tan α = {slope:.4g}, tan φ = {friction:g}: {unit}",
-            solver.method,
-            "shear in the joint (N)",
-            abs(shear.sum()),
-            unit.weight * np.sin(angle),
-            1e-5,
-        )
+        case = f"tan α = {slope:.4g}, tan φ = {friction:g}: {unit}"
+        computed = abs(shear.sum())
+        verify(INCLINE, case, solver.method, "shear in the joint (N)", computed, unit.weight * np.sin(angle), 1e-5)
     else:
         moved = ds["block_displacement_x"].values[-1, block]
         assert moved > 10 * abs(ds["block_rotation"].values[-1, block]) * unit.h  # it does not topple
@@ -190,14 +155,9 @@ def test_a_slender_block_topples(verify: Verify, solver: Solver, b: float, h: fl
     angle = np.arctan(b / h * (1 + offset))
     assembly, _ = on_plate(unit, unit.joint(friction=1.0), (G * np.sin(angle), -G * np.cos(angle)))
     ds = damagepred.solve(assembly, solver=replace(solver, maximum_cycles=2_000_000), increments=1)
-    verify(
-        TOPPLE,
-        f"b = {b:g} m, h = {h:g} m, tan α = {np.tan(angle):.4g}, b/h = {b / h:.4g}",
-        solver.method,
-        "verdict",
-        "topples" if ds.attrs["status"] == "collapsed" else "stands",
-        "topples" if offset > 0 else "stands",
-    )
+    case = f"b = {b:g} m, h = {h:g} m, tan α = {np.tan(angle):.4g}, b/h = {b / h:.4g}"
+    computed = "topples" if ds.attrs["status"] == "collapsed" else "stands"
+    verify(TOPPLE, case, solver.method, "verdict", computed, "topples" if offset > 0 else "stands")
 
 
 @pytest.mark.parametrize(

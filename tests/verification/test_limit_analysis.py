@@ -95,15 +95,8 @@ def standing(wall: DryWall, solver: Solver, top: float) -> float:
 @pytest.mark.parametrize(("b", "h", "friction"), [(0.3, 1.0, 0.2), (0.3, 1.0, 0.4), (1.0, 0.5, 0.7)])
 def test_linear_program_for_one_block(verify: Verify, b: float, h: float, friction: float) -> None:
     wall = DryWall("block", [box(-1.0, -1.0, 3.0, 1.0), box(0.0, 0.0, b, h)], friction)
-    verify(
-        BLOCK,
-        f"b = {b:g} m, h = {h:g} m, μ = {friction:g}",
-        "linear program",
-        "λ",
-        limit(wall),
-        min(friction, b / h),
-        1e-9,
-    )
+    case = f"b = {b:g} m, h = {h:g} m, μ = {friction:g}"
+    verify(BLOCK, case, "linear program", "λ", limit(wall), min(friction, b / h), 1e-9)
 
 
 def semicircle(voussoirs: int, ratio: float) -> DryWall:
@@ -145,14 +138,9 @@ def test_an_arch_too_thin_falls(verify: Verify, solver: Solver, voussoirs: int, 
         status = damagepred.solve(assembly, solver=settings, increments=1).attrs["status"]
     except damagepred.SolverError:
         status = "no equilibrium"
-    verify(
-        SEMICIRCLE,
-        f"n = {voussoirs}, μ = 0.7, t {1 + offset:g} times the thinnest of n ({bound:.4f} R)",
-        solver.method,
-        "verdict",
-        "stands" if status == "complete" else "falls",
-        "stands" if offset > 0 else "falls",
-    )
+    case = f"n = {voussoirs}, μ = 0.7, t {1 + offset:g} times the thinnest of n ({bound:.4f} R)"
+    computed = "stands" if status == "complete" else "falls"
+    verify(SEMICIRCLE, case, solver.method, "verdict", computed, "stands" if offset > 0 else "falls")
 
 
 def test_linear_program_for_ferris_and_tin_loi(verify: Verify) -> None:
@@ -179,12 +167,5 @@ def test_a_dry_wall_is_pushed_over(verify: Verify, wall: DryWall, top: float, me
     solver = Solver(method=method, lump_block_elasticity=False)  # type: ignore[arg-type]
     exact = limit(wall)
     words = "pushed sideways" if wall.push == "sideways" else "loaded by a share of its weight"
-    verify(
-        PUSHED,
-        f"{wall.name}, {words}, μ = {wall.friction:g}",
-        method,
-        "λ",
-        standing(wall, solver, top),
-        exact,
-        0.01 if method == "quasi_static" else 0.02,
-    )
+    case = f"{wall.name}, {words}, μ = {wall.friction:g}"
+    verify(PUSHED, case, method, "λ", standing(wall, solver, top), exact, 0.01 if method == "quasi_static" else 0.02)

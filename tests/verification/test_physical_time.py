@@ -86,15 +86,9 @@ def test_the_time_step(verify: Verify, unit: Unit, settings: Dynamics) -> None:
         xi = settings.damping_ratio / (first + second) * omega
     alpha = settings.local_damping if settings.damping == "local" else 0.0
     limit = 2 / omega * (np.sqrt(1 + xi**2) - xi) / np.sqrt(1 + alpha)
-    verify(
-        STEP,
-        f"damping {settings.damping}, s = {settings.step_share(dry=False):g}: {unit}",
-        "dynamic",
-        "dt (s)",
-        dynamic_run(stack(unit, 1).build(RIGID), RIGID, settings).timing.step,
-        settings.step_share(dry=False) * limit,
-        1e-5,
-    )
+    case = f"damping {settings.damping}, s = {settings.step_share(dry=False):g}: {unit}"
+    computed = dynamic_run(stack(unit, 1).build(RIGID), RIGID, settings).timing.step
+    verify(STEP, case, "dynamic", "dt (s)", computed, settings.step_share(dry=False) * limit, 1e-5)
 
 
 THROWN = [(BRICK, 1e-4), (BLOCK, 1e-3), (STONE, 0.05)]
@@ -115,16 +109,9 @@ def test_a_block_thrown_up_lands_on_its_joint(verify: Verify, unit: Unit, height
     y = ds["block_displacement_y"].values[:, block]
     deepest = int(y.argmin())
     exact = np.array([height, sag * (1 + np.sqrt(1 + 2 * height / sag)), height])
-    verify(
-        DROP,
-        f"H = {1e3 * height:g} mm, K H/W = {height / sag:.3g}, thrown up: {unit}",
-        "dynamic",
-        "H, u_max and H of the rebound (m)",
-        [y[:deepest].max(), -y[deepest], y[deepest:].max()],
-        exact,
-        5e-3,
-        scale=exact,
-    )
+    case = f"H = {1e3 * height:g} mm, K H/W = {height / sag:.3g}, thrown up: {unit}"
+    computed = [y[:deepest].max(), -y[deepest], y[deepest:].max()]
+    verify(DROP, case, "dynamic", "H, u_max and H of the rebound (m)", computed, exact, 5e-3, scale=exact)
 
 
 @pytest.mark.parametrize(("unit", "modulus"), [(BRICK, None), (BLOCK, 2e9)])

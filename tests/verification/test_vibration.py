@@ -108,15 +108,9 @@ def follow(run: DampedTimeStepping, cycles: int, share: float, look: Callable[[F
 @pytest.mark.parametrize(("unit", "n"), [(BRICK, 1), (BLOCK, 5), (STONE, 20), (BRICK, 100)])
 def test_frequencies_of_a_stack(verify: Verify, unit: Unit, n: int) -> None:
     stiffness = vertical(glued(unit, n))
-    verify(
-        CHAIN,
-        f"n = {n}: {unit}",
-        "stiffness matrix",
-        "ω_1 ... ω_n (rad/s)",
-        np.sqrt(linalg.eigh(stiffness, unit.mass * np.eye(n), eigvals_only=True)),
-        chain(unit, n, np.arange(1, n + 1)),
-        1e-9,
-    )
+    case = f"n = {n}: {unit}"
+    computed = np.sqrt(linalg.eigh(stiffness, unit.mass * np.eye(n), eigvals_only=True))
+    verify(CHAIN, case, "stiffness matrix", "ω_1 ... ω_n (rad/s)", computed, chain(unit, n, np.arange(1, n + 1)), 1e-9)
 
 
 def chain(unit: Unit, n: int, j: int | IntArray) -> FloatArray:
@@ -134,15 +128,8 @@ def test_a_stack_swings_at_its_frequency(verify: Verify, unit: Unit, n: int, j: 
     top = follow(run, int(10 * 2 * np.pi / (exact * dt)), 0.0, lambda u: u[-5])
     before = np.flatnonzero(top[:-1] * top[1:] < 0)
     zeros = (before + top[before] / (top[before] - top[before + 1])) * dt
-    verify(
-        CHAIN,
-        f"n = {n}, j = {j}, 10 periods, ω_n dt = 0.1: {unit}",
-        "explicit cycle",
-        "ω (rad/s)",
-        np.pi * (len(zeros) - 1) / (zeros[-1] - zeros[0]),
-        exact,
-        1e-3,
-    )
+    case = f"n = {n}, j = {j}, 10 periods, ω_n dt = 0.1: {unit}"
+    verify(CHAIN, case, "explicit cycle", "ω (rad/s)", np.pi * (len(zeros) - 1) / (zeros[-1] - zeros[0]), exact, 1e-3)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.4, 0.8])
@@ -167,15 +154,8 @@ def test_the_largest_stable_time_step(verify: Verify, unit: Unit, n: int, dampin
     while unstable - stable > 1e-5:
         middle = (stable + unstable) / 2
         stable, unstable = (stable, middle) if grows(middle) else (middle, unstable)
-    verify(
-        LIMIT,
-        f"n = {n}, α = {damping:g}: {unit}",
-        "explicit cycle",
-        "ω_max dt",
-        stable,
-        2 / np.sqrt(1 - damping**2),
-        1e-4,
-    )
+    case = f"n = {n}, α = {damping:g}: {unit}"
+    verify(LIMIT, case, "explicit cycle", "ω_max dt", stable, 2 / np.sqrt(1 - damping**2), 1e-4)
 
 
 @pytest.mark.parametrize("damping", [0.1, 0.5, 0.8])
@@ -187,15 +167,9 @@ def test_local_damping_of_one_block(verify: Verify, unit: Unit, damping: float) 
     u = follow(run, int(8 * np.pi / 0.005), 0.0, lambda u: u[1])
     turns = u[1:-1][(np.abs(u[1:-1]) > np.abs(u[:-2])) & (np.abs(u[1:-1]) >= np.abs(u[2:]))]
     peaks = np.abs(np.concatenate(([1e-3], turns[:3])))
-    verify(
-        DECREMENT,
-        f"α = {damping:g}, three half cycles: {unit}",
-        "explicit cycle",
-        "ratio of amplitudes",
-        peaks[1:] / peaks[:-1],
-        np.sqrt((1 - damping) / (1 + damping)),
-        1e-3,
-    )
+    case = f"α = {damping:g}, three half cycles: {unit}"
+    exact = np.sqrt((1 - damping) / (1 + damping))
+    verify(DECREMENT, case, "explicit cycle", "ratio of amplitudes", peaks[1:] / peaks[:-1], exact, 1e-3)
 
 
 @pytest.mark.parametrize(("unit", "height"), [(BRICK, 0.0), (BLOCK, 1.0), (STONE, 30.0), (BRICK, 1000.0)])
@@ -209,16 +183,9 @@ def test_a_block_dropped_on_its_joint(verify: Verify, unit: Unit, height: float)
     u = follow(run, int((2 * fall + 2 * np.pi) / 0.01), 1.0, lambda u: u[1])
     deepest = int(u.argmin())
     exact = sag * (1 + np.sqrt(1 + 2 * height) + np.array([0.0, height]))
-    verify(
-        DROP,
-        f"K H/W = {height:g}: {unit}",
-        "explicit cycle",
-        "u_max and u_max + rebound (m)",
-        [-u[deepest], u[deepest:].max() - u[deepest]],
-        exact,
-        1e-3,
-        scale=exact,
-    )
+    case = f"K H/W = {height:g}: {unit}"
+    computed = [-u[deepest], u[deepest:].max() - u[deepest]]
+    verify(DROP, case, "explicit cycle", "u_max and u_max + rebound (m)", computed, exact, 1e-3, scale=exact)
 
 
 @pytest.mark.parametrize(
@@ -243,15 +210,8 @@ def test_a_wave_in_a_stack(verify: Verify, unit: Unit, modulus: float | None) ->
     left, middle, right = u[lower - 1 : lower + 2]
     crest = lower + 0.5 * (left - right) / (left - 2 * middle + right)
     case = f"n = {n}, " + ("rigid" if modulus is None else f"E {1e-6 * modulus:g} MPa") + f": {unit}"
-    verify(
-        WAVE,
-        case,
-        "explicit cycle",
-        "speed of the lower crest (m/s)",
-        (start - crest) * unit.h / (steps * dt),
-        exact,
-        2e-3,
-    )
+    computed = (start - crest) * unit.h / (steps * dt)
+    verify(WAVE, case, "explicit cycle", "speed of the lower crest (m/s)", computed, exact, 2e-3)
     verify(WAVE, case, "explicit cycle", "height of either crest (m)", [middle, u[start:].max()], 0.5e-3, 1e-2)
 
 
@@ -268,12 +228,6 @@ def test_a_block_slides_down_an_incline(verify: Verify, unit: Unit, friction: fl
     assert rest is not None
     run.motion.displacement[:] = rest
     run._cycle(steps, 1.0, 0.0, 0.0)
-    verify(
-        SLIDE,
-        f"tan α = {slope:g}, tan φ = {friction:g}, T = {steps * dt:.3g} s: {unit}",
-        "explicit cycle",
-        "distance (m)",
-        run.motion.displacement[0] - rest[0],
-        G * (np.sin(angle) - friction * np.cos(angle)) * (steps * dt) ** 2 / 2,
-        5e-3,
-    )
+    case = f"tan α = {slope:g}, tan φ = {friction:g}, T = {steps * dt:.3g} s: {unit}"
+    exact = G * (np.sin(angle) - friction * np.cos(angle)) * (steps * dt) ** 2 / 2
+    verify(SLIDE, case, "explicit cycle", "distance (m)", run.motion.displacement[0] - rest[0], exact, 5e-3)

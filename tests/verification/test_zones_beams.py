@@ -249,12 +249,6 @@ def test_a_brick_of_default_zones_bends(
     squares = s_xx**2 + s_yy**2 + s_zz**2 - 2 * nu * (s_xx * s_yy + s_yy * s_zz + s_zz * s_xx) + 2 * (1 + nu) * s_xy**2
     work = 0.5 * float(squares @ model.mesh.zone_area) * THICKNESS / material.elastic_modulus
     second = THICKNESS * height**3 / 12
-    verify(
-        BRICK,
-        f"{length:g} x {height:g} m, turned by {angle:g}, plane {plane}: {NAMES[material]}",
-        solver.method,
-        "W (J)",
-        work,
-        0.5 * moduli(material, plane)[0] * second * bend**2 * length,
-        1e-3,
-    )
+    case = f"{length:g} x {height:g} m, turned by {angle:g}, plane {plane}: {NAMES[material]}"
+    expected = 0.5 * moduli(material, plane)[0] * second * bend**2 * length
+    verify(BRICK, case, solver.method, "W (J)", work, expected, 1e-3)

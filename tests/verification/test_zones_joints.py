@@ -80,15 +80,8 @@ def test_a_stack_is_springs_in_series(
     verify(SERIES, case, solver.method, "displacement of the blocks (m)", last.displacement[:, 1], exact, 1e-6)
     bed = model.interfaces.block_a < model.n_blocks
     soft = 1 / joint.normal_stiffness + (height / material.elastic_modulus if blocks == "rigid" else 0.0)
-    verify(
-        SERIES,
-        case,
-        solver.method,
-        "opening of the joints between blocks (m)",
-        last.opening[bed],
-        np.full_like(last.opening[bed], stress * soft),
-        1e-6,
-    )
+    expected = np.full_like(last.opening[bed], stress * soft)
+    verify(SERIES, case, solver.method, "opening of the joints between blocks (m)", last.opening[bed], expected, 1e-6)
 
 
 @pytest.mark.parametrize("share", [0.2, 0.3])
@@ -155,15 +148,8 @@ def test_a_brick_on_a_joint_is_a_beam_on_a_bed(
     place = (face.x[:, None] + face.normal_y[:, None] * face.contact_offset).ravel()
     exact = -k_n * beam_on_bed(place, material, height, thickness, k_n * thickness, strip, load)
     case = f"h = {height:g} m, λ h = {characteristic * height:.2g}, {round(height / size)} cells over h"
-    verify(
-        WINKLER,
-        f"{case}: {NAMES[material]}",
-        solver.method,
-        "stress of the joint (Pa)",
-        path[-1].normal_stress.ravel(),
-        exact,
-        0.06,
-    )
+    name = f"{case}: {NAMES[material]}"
+    verify(WINKLER, name, solver.method, "stress of the joint (Pa)", path[-1].normal_stress.ravel(), exact, 0.06)
     total = (path[-1].normal_stress * face.contact_area).sum()
     verify(WINKLER, f"{case}: {NAMES[material]}", solver.method, "force of the joint (N)", total, -load, 1e-4)
     assert np.isfinite(zones_of(path[-1]).stress).all()

@@ -90,15 +90,8 @@ def test_constant_strain_in_a_block_of_any_shape(
     zones = zones_of(path[-1])
     exact = stress_of(material, plane, GRADIENT)
     case = f"{shape}, {len(model.mesh.zones)} zones, plane {plane}: {NAMES[material]}"
-    verify(
-        PATCH,
-        case,
-        solver.method,
-        "s_xx, s_yy, s_xy, s_zz (Pa)",
-        zones.stress,
-        np.broadcast_to(exact, zones.stress.shape),
-        1e-10,
-    )
+    expected = np.broadcast_to(exact, zones.stress.shape)
+    verify(PATCH, case, solver.method, "s_xx, s_yy, s_xy, s_zz (Pa)", zones.stress, expected, 1e-10)
     place = np.column_stack((model.mesh.x, model.mesh.y))
     verify(PATCH, case, solver.method, "displacement (m)", zones.displacement, place @ GRADIENT.T, 1e-10)
 
@@ -202,15 +195,8 @@ def test_constant_stress_across_joints(
     exact = np.array([s_x, s_y, s_xy, out_of_plane(material, plane, s_x + s_y)])
     name = "straight" if lines is STRAIGHT else "skewed"
     case = f"{len(polygons)} blocks, {name} joints, plane {plane}: {NAMES[material]}"
-    verify(
-        JOINED,
-        case,
-        solver.method,
-        "s_xx, s_yy, s_xy, s_zz (Pa)",
-        zones.stress,
-        np.broadcast_to(exact, zones.stress.shape),
-        1e-7,
-    )
+    expected = np.broadcast_to(exact, zones.stress.shape)
+    verify(JOINED, case, solver.method, "s_xx, s_yy, s_xy, s_zz (Pa)", zones.stress, expected, 1e-7)
     middle = np.array([np.mean(p, axis=0) for p in polygons])[mesh.gridpoint_block]
     verify(
         JOINED, case, solver.method, "displacement (m)", zones.displacement, displacement(mesh.x, mesh.y, middle), 1e-7

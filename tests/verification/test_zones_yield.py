@@ -152,15 +152,8 @@ def test_a_block_reaches_the_yield_surface_and_stays(
     exact = modulus * progress[elastic] * movement / HEIGHT + ratio * lateral
     mean = stress[elastic] @ mesh.zone_area / mesh.zone_area.sum()
     verify(SURFACE, case, solver.method, "σ_yy, elastic (Pa)", mean, exact, 1e-5, scale=abs(limit))
-    verify(
-        SURFACE,
-        case,
-        solver.method,
-        "σ_yy, limit (Pa)",
-        stress[-3:],
-        np.full_like(stress[-3:], limit),
-        ALLOWED[solver.method],
-    )
+    expected = np.full_like(stress[-3:], limit)
+    verify(SURFACE, case, solver.method, "σ_yy, limit (Pa)", stress[-3:], expected, ALLOWED[solver.method])
     kinds = [ZoneState.TENSION if pull else ZoneState.SHEAR, ZoneState.SHEAR_AND_TENSION]
     if solver.method == "explicit":
         kinds.append(ZoneState.YIELDED)
@@ -212,14 +205,9 @@ def test_unloading_leaves_a_set(verify: Verify, solver: Solver, share: float, si
     for increment in (first, last):
         stress = zones_of(increment).stress[:, 1]
         force += [(stress * mesh.zone_area)[mesh.zone_block == c].sum() * THICKNESS / HEIGHT for c in columns]
+    expected = [-most, most - load, left, -left]
     verify(
-        SET,
-        case,
-        solver.method,
-        "forces of the columns under P and after (N)",
-        force,
-        [-most, most - load, left, -left],
-        ALLOWED[solver.method],
+        SET, case, solver.method, "forces of the columns under P and after (N)", force, expected, ALLOWED[solver.method]
     )
 
 
@@ -254,16 +242,9 @@ def test_without_dilation_bands_form(verify: Verify, solver: Solver, plane: str)
     mesh = model.mesh
     assert mesh is not None
     mean = zones_of(path[-1]).stress[:, 1] @ mesh.zone_area / mesh.zone_area.sum()
-    verify(
-        BANDS,
-        f"soft brick, {len(mesh.zones)} zones, plane {plane}",
-        solver.method,
-        "mean σ_yy over f_c",
-        mean / whole,
-        (1 + share) / 2,
-        (1 - share) / 2 + 1e-3,
-        scale=1.0,
-    )
+    case = f"soft brick, {len(mesh.zones)} zones, plane {plane}"
+    exact = (1 + share) / 2
+    verify(BANDS, case, solver.method, "mean σ_yy over f_c", mean / whole, exact, (1 - share) / 2 + 1e-3, scale=1.0)
 
 
 @pytest.mark.parametrize("fine", [False, pytest.param(True, marks=pytest.mark.slow)])
@@ -288,12 +269,5 @@ def test_a_punch_sinks_at_its_limit_load(verify: Verify, solver: Solver, fine: b
         )
     if not fine:
         return
-    verify(
-        PUNCH,
-        f"{cells[0]} and {cells[1]} cells, to size 0",
-        solver.method,
-        "q/C",
-        2 * found[1] - found[0],
-        2 + np.pi,
-        0.02,
-    )
+    case = f"{cells[0]} and {cells[1]} cells, to size 0"
+    verify(PUNCH, case, solver.method, "q/C", 2 * found[1] - found[0], 2 + np.pi, 0.02)
