@@ -48,13 +48,6 @@ SCENES = {
     "dynamic": WALL
     | {"wall": {"length": 1.44, "height": 0.45}, "dynamics": {"duration": 0.02, "outputs": 2}, "dpc": {"course": 1}},
 }
-FIELDS = """
-[variables."joint.friction"]
-distribution = "lognormal"
-mean = 0.75
-cov = 0.15
-field = { correlation_length = "0.5 m" }
-"""
 
 
 class Digests:

@@ -1,6 +1,4 @@
 import math
-import re
-import subprocess
 import sys
 from collections.abc import Callable
 from typing import NamedTuple
@@ -17,11 +15,6 @@ class Result(NamedTuple):
 
 
 Run = Callable[..., Result]
-
-
-def messages(run: subprocess.CompletedProcess[str]) -> str:
-    """Error stream of a process without the lines that a slow machine adds while the process works."""
-    return re.sub(r"^(?:.+, \d+ s so far|\.+)\n", "", run.stderr, flags=re.MULTILINE)
 
 
 @pytest.fixture

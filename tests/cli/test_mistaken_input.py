@@ -12,11 +12,6 @@ from tests.cli.conftest import Run
 
 SCENES = {
     "millimetres for metres": ("[wall]\nlength = 6000\n", "length = 6000.0: must be at most 1000 m"),
-    "a wall as thick as long": ("[wall]\nthickness = 110\n", "thickness = 110.0: must be at most 5 m"),
-    "a dpc in a window": (
-        "[dpc]\ncourse = 20\n[[opening]]\nx = 2\ny = 0.9\nwidth = 1\nheight = 1\n",
-        "the dpc would lie 1.5 m up, in opening 1 (window)",
-    ),
     "nothing": ("# nothing yet\n", "is empty"),
     "a study": ('scene = "x.toml"\n[study]\nsamples = 3\n', "is a study"),
 }

@@ -4,7 +4,7 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from damagepred.damage import Cracks, JointMap, Rules, Verdict, judge
+from damagepred.damage import JointMap, Rules, Verdict, judge
 from damagepred.enumerations import ContactKind
 from damagepred.scene import Damage
 
@@ -100,11 +100,3 @@ class Pattern:
 
 def rules_of(settings: Damage) -> Rules:
     return Rules.from_settings(**asdict(settings))
-
-
-def largest_group(cracks: Cracks, width: float, distance: float) -> int:
-    """Return how many cracks of at least a width lie within a distance of one of them, itself included."""
-    wide = cracks.width >= width * (1 - 1e-12)
-    place = np.column_stack((cracks.x, cracks.y))[wide]
-    apart = np.linalg.norm(place[:, None] - place, axis=-1)
-    return int((apart <= distance * (1 + 1e-12)).sum(axis=1).max(initial=0))

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import strategies as st
 
 from damagepred.assembly import wall_model
 from damagepred.damage import judge
@@ -96,6 +95,3 @@ def test_a_gauge_ends_where_the_masonry_does(parts: dict, opened: dict, width: i
 
 
 # -- for any openings ------------------------------------------------------------------------------------------------
-
-
-WIDTHS = st.floats(0.0, 20.0)

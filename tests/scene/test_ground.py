@@ -10,7 +10,6 @@ from damagepred.campaign.template import template
 from damagepred.errors import InputError
 from damagepred.guide import page
 from damagepred.scene import Joint, ReinforcedConcrete, Rig, Scene, Soil
-from damagepred.scene.assumed import ground_line
 
 EVERYTHING = {
     "movement": {"shape": "jacks", "kind": "doming"},
@@ -78,23 +77,3 @@ def test_stiffness_of_the_soil_is_the_same_by_default_in_template_guide_statisti
         assert house["scene"]["soil"][name] == house["variables"][f"soil.{name}"]["mean"] == expected
         for text in (template("wall", Path("a.toml")), guide):
             assert {float(v) for v in re.findall(rf'{name} = "([\d.]+) kPa/m"', text)} == {1e-3 * expected}
-
-
-@pytest.mark.parametrize(
-    ("tables", "said", "unsaid"),
-    [
-        ({}, ["y_s = 40 mm", "swelling soil of 4000 kPa/m"], ["H_s", "shrinking"]),  # e of dishing does not know H_s
-        ({"movement": {"kind": "doming"}}, ["y_s = 40 mm", "H_s = 4 m", "shrinking soil of 5000 kPa/m"], ["swelling"]),
-        ({"mound": {"surface_movement": 0.06}}, ["swelling soil of 4000 kPa/m"], ["y_s"]),
-        ({"soil": {"swelling_stiffness": 2e6}}, ["y_s = 40 mm"], ["soil of"]),
-        ({"mound": {"shape": "tree"}}, ["tree mound", "ground movement at the tree = 40 mm"], ["y_s", "H_s"]),
-    ],
-)
-def test_a_mound_without_its_tables_says_what_it_assumes(
-    tables: dict[str, dict], said: list[str], unsaid: list[str]
-) -> None:
-    movement = {"shape": "mound"} | tables.get("movement", {})
-    line = ground_line(Scene.from_dict(tables | {"movement": movement}))
-    assert line is not None
-    assert all(words in line for words in said)
-    assert not any(words in line for words in unsaid)

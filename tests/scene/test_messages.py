@@ -41,26 +41,7 @@ BAD = {
     "list for number": ({"wall": {"length": [6.0]}}, ["[wall] length", "number in m"]),
     "number for text": ({"title": 3}, ["title = 3", "string"]),
     "missing": ({"opening": [{"x": 1.0, "y": 1.0, "width": 1.0}]}, ["[[opening]] number 1, height", "is missing"]),
-    "brick longer than wall": (
-        {"wall": {"length": 0.2}},
-        ["wall", "block_length = 0.24", "length = 0.2", "must not exceed"],
-    ),
-    "brick higher than wall": ({"wall": {"height": 0.05}}, ["block_height = 0.075", "height = 0.05"]),
-    "outside, x": ({"opening": [WINDOW | {"x": 5.5}]}, ["opening 1", "6.5 m", "outside", "length is 6 m"]),
-    "outside, y": ({"opening": [WINDOW | {"height": 2.0}]}, ["opening 1", "2.9 m", "outside", "height is 2.4 m"]),
-    "a millimetre outside": ({"opening": [WINDOW | {"height": 1.501}]}, ["opening 1", "2.401 m", "outside"]),
-    "a millimetre beside": ({"opening": [WINDOW | {"x": 5.001}]}, ["opening 1", "6.001 m", "outside"]),
-    "nothing beside": ({"opening": [WINDOW | {"x": 0.0, "width": 6.0}]}, ["width = 6", "narrower"]),
-    "overlapping": (
-        {"opening": [WINDOW, WINDOW | {"x": 2.5, "y": 1.2}]},
-        ["openings 1 and 2", "overlap", "2-3 m", "2.5-3.5 m", "move one"],
-    ),
-    "touching": ({"opening": [WINDOW, WINDOW | {"x": 3.0}]}, ["openings 1 and 2", "touch"]),
     "touching, the other way round": ({"opening": [WINDOW | {"x": 3.0}, WINDOW]}, ["openings 1 and 2", "touch"]),
-    "touching above": (
-        {"opening": [WINDOW | {"height": 0.5}, WINDOW | {"y": 1.4, "height": 0.5}]},
-        ["openings 1 and 2", "touch"],
-    ),
     "touching below": (
         {"opening": [WINDOW | {"y": 1.4, "height": 0.5}, WINDOW | {"height": 0.5}]},
         ["openings 1 and 2", "touch"],
@@ -70,40 +51,12 @@ BAD = {
         ["[[opening]] number 1", "y = 0.9", "door", "leave y out"],
     ),
     "window at floor": ({"opening": [WINDOW | {"y": 0.0}]}, ["y = 0", "sill", "make it a door"]),
-    "dpc on top": ({"dpc": {"course": 32}}, ["dpc.course = 32", "32 courses", "1 to 31"]),
-    "dpc below": ({"dpc": {"course": 0}}, ["[dpc] course = 0", "at least 1"]),
-    "too much movement": (
-        {"movement": {"central_deflection": "700 mm"}},
-        ["central_deflection = 0.7 m", "tenth", "6 m"],
-    ),
     "no increments": ({"movement": {"increments": 0}}, ["[movement] increments = 0", "at least 1"]),
-    "dilation above friction": ({"joint": {"dilation": 0.8}}, ["dilation = 0.8", "friction = 0.75", "not exceed"]),
-    "block dilation above friction": (
-        {"block": {"dilation": 0.5, "friction": 0.4}},
-        ["block", "dilation = 0.5", "friction = 0.4", "not exceed"],
-    ),
-    "negative block strength": ({"block": {"cohesion": -1.0}}, ["[block] cohesion = -1", "at least 0 Pa"]),
     "stiffness for block cohesion": ({"block": {"cohesion": "1 N/mm3"}}, ["[block] cohesion", "wrong kind of unit"]),
-    "residual above intact": (
-        {"joint": {"residual_cohesion": "1 MPa"}},
-        ["residual_cohesion = 1e+06", "must not exceed cohesion = 375000"],
-    ),
     "no fracture energy": ({"joint": {"fracture_energy": 0}}, ["[joint] fracture_energy = 0", "greater than 0 N/m"]),
-    "negative fracture energy": (
-        {"joint": {"fracture_energy": "-5 N/m"}},
-        ["[joint] fracture_energy = '-5 N/m'", "greater than 0 N/m"],
-    ),
     "a strength for a fracture energy": (
         {"joint": {"fracture_energy": "0.1 MPa"}},
         ["[joint] fracture_energy = '0.1 MPa'", "wrong kind of unit", "'10 N/m'"],
-    ),
-    "tension left after softening": (
-        {"joint": {"fracture_energy": "10 N/m", "residual_tensile_strength": "0.1 MPa"}},
-        ["joint", "residual_tensile_strength = 100000", "must be 0", "fracture_energy = 10", "leave out one"],
-    ),
-    "lobatto of one": (
-        {"solver": {"contacts_per_interface": 1}},
-        ["contacts_per_interface = 1", "2 or more", "midpoint"],
     ),
     "damping of one": ({"solver": {"damping": 1.0}}, ["[solver] damping = 1", "less than 1"]),
     "held footing on a mound": (
@@ -126,36 +79,12 @@ BAD = {
         {"footing": {"concrete": {"grad": "N25"}}},
         ["[footing.concrete] grad", "Did you mean 'grade'?"],
     ),
-    "negative in the footing's joint": (
-        {"footing": {"joint": {"cohesion": -1.0}}},
-        ["[footing.joint] cohesion = -1", "at least 0 Pa"],
-    ),
-    "support beside the wall": (
-        {"movement": {"shape": "jacks"}, "rig": {"supports": [0.0, 6.5]}},
-        ["rig.supports: 6.5 m", "outside the wall", "0", "6 m"],
-    ),
-    "jack beside the wall": (
-        {"movement": {"shape": "jacks"}, "rig": {"jacks": [-0.5, 3.0]}},
-        ["rig.jacks: -0.5 m", "outside the wall", "6 m"],
-    ),
-    "jack on a support": (
-        {"movement": {"shape": "jacks"}, "rig": {"supports": [0.0, 3.0]}},
-        ["rig.jacks: 3 m", "position of a support", "move"],
-    ),
     "jack on a support at the end": (
         {"movement": {"shape": "jacks"}, "rig": {"jacks": ["6 m"]}},
         ["rig.jacks: 6 m", "position of a support"],
     ),
-    "one support": ({"rig": {"supports": [1.0]}}, ["rig", "supports = [1]", "two or more", "both ends"]),
-    "support twice": ({"rig": {"supports": [1.0, 5.0, 1.0]}}, ["supports: 1 m", "twice"]),
-    "jack twice": ({"rig": {"jacks": [2.0, 2.0]}}, ["jacks: 2 m", "twice"]),
     "text for a jack": ({"rig": {"jacks": [2.0, "left"]}}, ["[rig] jacks, item 2 = 'left'", "'8 mm'"]),
     "number for jacks": ({"rig": {"jacks": 2.0}}, ["[rig] jacks = 2.0", "must be a list"]),
-    "no jack load": ({"rig": {"control": "load"}}, ["rig", "jack_load", "missing", "control = 'deflection'"]),
-    "jack load that comes out": (
-        {"rig": {"jack_load": "8 kN"}},
-        ["jack_load = 8000", "control = 'load'", "control = 'deflection'", "Leave"],
-    ),
     "deflection for jack load": (
         {"rig": {"control": "load", "jack_load": "8 mm"}},
         ["[rig] jack_load = '8 mm'", "wrong kind of unit", "'6 kN'"],
@@ -165,30 +94,11 @@ BAD = {
         ["[rig] support_stiffness", "wrong kind of unit", "N/m'"],
     ),
     "jacks in time": ({"movement": {"shape": "jacks"}, "dynamics": {}}, ["dynamics", "jacks", "leave out [dynamics]"]),
-    "too much movement of jacks": (
-        {"movement": {"shape": "jacks", "central_deflection": "700 mm"}},
-        ["central_deflection = 0.7 m", "tenth"],
-    ),
     "metres for millimetres": (
         {"movement": {"shape": "mound"}, "mound": {"surface_movement": 40}},
         ["mound.surface_movement = 40 m", "tenth", "6 m"],
     ),
     "unknown mound": ({"mound": {"shape": "wlash"}}, ["[mound] shape = 'wlash'", "Did you mean 'walsh'?"]),
-    "footing below the moving soil": (
-        {"mound": {"shape": "mitchell", "suction_depth": 1.5, "embedment": 1.5}},
-        ["mound", "embedment = 1.5 m", "less than suction_depth = 1.5 m", "exponent"],
-    ),
-    "tunnel without width": ({"mound": {"shape": "tunnel"}}, ["mound", "reach", "missing", "tunnel_depth"]),
-    "mound table of another shape": ({"mound": {"table": [[0, 1], [1, 0]]}}, ["table", "shape = 'walsh'"]),
-    "mound table of one point": ({"mound": {"shape": "table", "table": [[0, 1]]}}, ["table", "2 points"]),
-    "mound table that ends early": (
-        {"mound": {"shape": "table", "table": [[0, 1], [0.9, 0]]}},
-        ["table", "rise from 0 to 1"],
-    ),
-    "mound table that goes back": (
-        {"mound": {"shape": "table", "table": [[0, 1], [0.5, 1], [0.4, 0], [1, 0]]}},
-        ["table", "rise from 0 to 1"],
-    ),
     "soil without stiffness": ({"soil": {"swelling_stiffness": 0}}, ["[soil] swelling_stiffness = 0", "Pa/m"]),
     "group of one": ({"damage": {"group_count": 1}}, ["[damage] group_count = 1", "at least 2"]),
 }

@@ -2,30 +2,11 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 from damagepred.errors import InputError
 from damagepred.scene import Movement, Scene
-from damagepred.scene.footing_profile import three_loads
 
 XI = np.linspace(0.0, 1.0, 401)
-
-
-def beam_by_virtual_work(x: float, loads: tuple[float, ...]) -> float:
-    """The same once more, by integrating M(s) m(s; x): no formula for the deflection is used."""
-
-    def moment(s: float, a: float) -> float:
-        return s * (1 - a) if s <= a else a * (1 - s)
-
-    kinks = sorted({*loads, x})
-    return quad(lambda s: sum(moment(s, a) for a in loads) * moment(s, x), 0, 1, points=kinks, limit=200)[0]
-
-
-@pytest.mark.parametrize("x", [0.1, 0.25, 0.37, 0.5, 0.68, 0.9])
-def test_three_loads_by_virtual_work(x: float):
-    loads = (0.25, 0.5, 0.75)
-    expected = beam_by_virtual_work(x, loads) / beam_by_virtual_work(0.5, loads)
-    assert three_loads(np.array([x]))[0] == pytest.approx(expected, rel=1e-8)
 
 
 @pytest.mark.parametrize("shape", ["three_loads", "parabola", "arc"])

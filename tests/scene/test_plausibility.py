@@ -28,13 +28,6 @@ REFUSED = {
     "density": ({"block": {"density": 2e15}}, "at most 100000 kg/m3"),
     "thickness": ({"wall": {"thickness": 1e-9}}, "at least 0.001 m"),
     "modulus": ({"block": {"elastic_modulus": 1e30}}, "at most 1e+16 Pa"),
-    "a slit": ({"opening": [{"x": 2.0, "y": 0.9, "width": 0.9, "height": 0.0002}]}, "would vanish as bricks are laid"),
-    "a sliver of wall": (
-        {"opening": [{"x": 0.002, "y": 0.9, "width": 0.9, "height": 0.9}]},
-        "the strip of wall on its left is 0.002 m and would vanish",
-    ),
-    "a narrow hole": ({"opening": [{"x": 2.0, "y": 0.9, "width": 0.005, "height": 0.9}]}, "the width is 0.005 m"),
-    "a low sill": ({"opening": [{"x": 2.0, "y": 0.003, "width": 0.9, "height": 0.9}]}, "strip of wall below it"),
 }
 
 

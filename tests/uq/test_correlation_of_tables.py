@@ -42,11 +42,3 @@ def test_the_attainable_range_of_tables_is_reported():
     }
     with pytest.raises(InputError, match=r'"a" with "b" = 0.4: .* between -0\.3333 and 0\.3333'):
         Design.make(variables, dict.fromkeys(variables, "1"), {frozenset("ab"): 0.4}, "random", 1)
-
-
-def test_probabilities_of_a_table_on_and_between_its_values() -> None:
-    table = Table([1.0, 2.0, 7.0], [2, 5, 3])
-    at = [0.5, 1.0, 1.5, 2.0, 6.9, 7.0, 8.0]
-    assert table.cdf(at) == pytest.approx([0.0, 0.2, 0.2, 0.7, 0.7, 1.0, 1.0])
-    assert table.sf(at) == pytest.approx([1.0, 0.8, 0.8, 0.3, 0.3, 0.0, 0.0])
-    assert table.ppf([0.1, 0.2, 0.3, 0.7, 0.8]).tolist() == [1.0, 1.0, 2.0, 2.0, 7.0]

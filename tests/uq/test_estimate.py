@@ -9,7 +9,7 @@ from scipy import special, stats
 from damagepred.errors import InputError
 from damagepred.scene import Scene
 from damagepred.uq.design import Design, Sampler
-from damagepred.uq.estimate import Estimate, effective_samples, probability, wilson
+from damagepred.uq.estimate import Estimate, probability, wilson
 from damagepred.uq.importance import Proposal
 from damagepred.uq.samplers import read_table
 from damagepred.uq.variable import Variable
@@ -51,22 +51,6 @@ def test_importance_sampling_is_unbiased_and_estimates_its_error(beta: float, sc
     assert np.sqrt(np.mean([f.error**2 for f in found])) == pytest.approx(values.std(ddof=1), rel=0.4)
     assert covered_enough(found, exact)
     assert np.mean([f.half_width for f in found]) < 2.2 * values.std(ddof=1)
-
-
-def test_weights_average_to_one_and_a_nominal_share_bounds_them() -> None:
-    proposals = {"a": Proposal(shift=1.0), "b": Proposal(scale=1.5)}
-    for share, bound in ((0.0, np.inf), (0.25, 4.0)):
-        design = Design.make(NORMALS, UNITS, CORRELATION, Sampler("sobol", 1, proposals, share), 3)
-        weight = design.weights(4096)
-        assert weight is not None
-        assert weight.max() <= bound
-        assert weight.mean() == pytest.approx(1.0, abs=0.02)
-        # weighted, the samples have the stated distributions again
-        a, b = (design.wall_values(4096)[k] for k in ("a", "b"))
-        assert np.average(a, weights=weight) == pytest.approx(0.0, abs=0.05)
-        assert np.average(b**2, weights=weight) == pytest.approx(1.0, abs=0.06)
-        assert np.average(a * b, weights=weight) == pytest.approx(0.6, abs=0.06)
-        assert effective_samples(weight) < 4096
 
 
 def test_the_error_of_replicates_is_that_of_the_mean_of_their_means() -> None:

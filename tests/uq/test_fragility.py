@@ -125,56 +125,7 @@ def known(random: np.random.Generator, size: int, rate: float = RATE) -> np.ndar
     return WIDTHS / (rate * np.exp(BETA * random.standard_normal(size)))[:, None]
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_known_curves_are_recovered(seed: int):
-    """P(category >= k) = Phi(ln(c d / w_k) / beta). 400 walls know ln(median) to beta / 20 and beta to beta / 28."""
-    ds = study(known(np.random.default_rng(seed), 400), end=np.random.default_rng(seed).uniform(80, 120, 400))
-    curves = fit_fragility(ds, bootstrap=0)
-    found = curves.sel(category=[2, 3, 4])  # category 1 comes in the first increments, which hide its scatter
-    assert (found["fit_status"] == "fitted").all()
-    np.testing.assert_allclose(np.log(found["median"] / (WIDTHS[1:] / RATE)), 0.0, atol=3 * BETA / 20)
-    np.testing.assert_allclose(found["dispersion"], BETA, rtol=3 / 28 * 1.2)
-    x = found["intensity"].values[1:]
-    for k, category in zip(WIDTHS[1:], (2, 3, 4)):
-        truth = stats.norm.cdf(np.log(RATE * x / k) / BETA)
-        assert np.abs(found["probability"].sel(category=category).values[1:] - truth).max() < 0.07
-
-
 TRUTH, SCATTER = 8.0, 0.45
-
-
-def coverage(end: float, confidence: float, repetitions: int = 60, walls: int = 60) -> dict[str, int]:
-    """Coverage of the band from 60 resamples."""
-    hits = {"median": 0, "dispersion": 0, "probability": 0}
-    for seed in range(repetitions):
-        capacity = lognormal(np.random.default_rng(1000 + seed), TRUTH, SCATTER, walls)
-        curve = fit_fragility(
-            study(capacity, end=end, increments=20),
-            categories=[1],
-            confidence=confidence,
-            bootstrap=60,
-            seed=seed,
-            points=6,
-        ).isel(category=0)
-        at = curve["intensity"].values[4]
-        truth = {"median": TRUTH, "dispersion": SCATTER, "probability": stats.norm.cdf(math.log(at / TRUTH) / SCATTER)}
-        for name, value in truth.items():
-            band = curve.isel(intensity=4) if name == "probability" else curve
-            hits[name] += bool(band[f"{name}_lower"] <= value <= band[f"{name}_upper"])
-    return hits
-
-
-def test_walls_that_were_not_yet_damaged_must_count():
-    """Without them median and dispersion are too small."""
-    capacity = lognormal(np.random.default_rng(5), TRUTH, SCATTER, 2000)
-    lower, upper = brackets(capacity, np.arange(0.0, 10.5, 0.5))
-    survived = np.isinf(upper)
-    assert 0.25 < survived.mean() < 0.4
-    whole, dropped = fit_lognormal(lower, upper), fit_lognormal(lower[~survived], upper[~survived])
-    assert whole.median == pytest.approx(TRUTH, rel=0.04)
-    assert whole.dispersion == pytest.approx(SCATTER, rel=0.08)
-    assert dropped.median < 0.85 * TRUTH
-    assert dropped.dispersion < 0.8 * SCATTER
 
 
 # -- reading a study ---------------------------------------------------------------------------------------------------
@@ -184,18 +135,6 @@ def fail(ds: xr.Dataset, wall: int, increment: int) -> None:
     """The wall's path ends before this increment; what is planned of the movement stays known."""
     ds["status"].values[wall] = FAILED
     ds["damage_category"].values[wall, increment:] = -1
-
-
-def failing(lost: bool = False) -> tuple[xr.Dataset, np.ndarray]:
-    capacity = lognormal(np.random.default_rng(8), TRUTH, SCATTER, 80)
-    ds = study(capacity, end=20.0, increments=20)
-    walls = np.arange(0, 80, 8)
-    for wall in walls:
-        fail(ds, wall, max(1, int(0.6 * capacity[wall])))
-    if lost:
-        ds["damage_category"].values[16] = -1  # the worker died before any result
-        ds["central_deflection"].values[16] = np.nan
-    return ds, walls
 
 
 def test_nan_at_the_movement_of_a_reached_category_is_refused():

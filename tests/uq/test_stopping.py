@@ -80,15 +80,6 @@ def test_exceedance_counts_walls() -> None:
         exceedance(ds, 1, 0.0)
 
 
-def test_failed_walls_are_bounded_not_dropped() -> None:
-    ds = study(np.array([0.0035, 0.0065, 0.0125, 0.03]))
-    ds["status"][2] = 2
-    ds["damage_category"][2] = -1
-    found = exceedance(ds, 1, 0.02)
-    assert (found.failed, found.estimate.samples) == (1, 3)
-    assert (found.failed_undamaged, found.failed_damaged) == (0.5, 0.75)
-
-
 @pytest.mark.thorough
 @pytest.mark.parametrize("replicates", [1, 8])
 def test_medians_cover(replicates: int) -> None:
@@ -114,14 +105,3 @@ def test_the_error_of_a_median_is_that_of_the_jackknife() -> None:
     error = np.sqrt(4 / 5 * ((others - others.mean()) ** 2).sum())
     assert found.error == pytest.approx(found.value * error, rel=1e-6)
     assert found.upper == pytest.approx(found.value * np.exp(stats.t.ppf(0.95, 4) * error), rel=1e-6)
-
-
-def test_a_rule_names_its_parameters() -> None:
-    for bad in (
-        {"category": 1, "at": 0.01},
-        {"category": 1, "at": 0.01, "half_width": 0.1, "relative_half_width": 0.1},
-        {"category": 1, "half_width": 0.1},
-        {"category": 1, "quantity": "median", "at": 0.01, "half_width": 0.1},
-    ):
-        with pytest.raises(InputError, match="stop_when"):
-            StopWhen(**bad).check()

@@ -22,20 +22,6 @@ def test_no_estimate_beyond_the_largest_movement() -> None:
     assert "at 500 mm) is unknown, between 0 and 1" in said
 
 
-def test_censored_walls_count_up_to_their_end() -> None:
-    """Kaplan and Meier by hand: four walls; one damaged at 4 mm, one followed to 6 mm, one damaged at 8 mm of two."""
-    ds = study(np.array([0.0035, 0.5, 0.0075, 0.5]))
-    ds["central_deflection"][1] = ds["central_deflection"][1] * 0.3  # to 6 mm
-    found = exceedance(ds, 1, 0.01)
-    assert found.estimate.value == pytest.approx(1 - 3 / 4 * 1 / 2)
-    assert found.not_followed == 1
-    # Greenwood: S^2 (1/(4 * 3) + 1/(2 * 1)), with n - 1 for n
-    assert found.estimate.error == pytest.approx(3 / 8 * np.sqrt((1 / 12 + 1 / 2) * 4 / 3))
-    width = found.estimate.upper - found.estimate.lower
-    whole = exceedance(study(np.array([0.0035, 0.5, 0.0075, 0.5])), 1, 0.01).estimate
-    assert whole.upper - whole.lower < width < 1.0
-
-
 @pytest.mark.parametrize("single", [False, True])
 @pytest.mark.parametrize("begun", [False, True])
 def test_unknown_names_are_refused_in_all_branches(single: bool, begun: bool) -> None:

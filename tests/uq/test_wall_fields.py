@@ -137,15 +137,6 @@ def test_a_study_with_impossible_fields_is_refused_before_any_wall():
         Study(StudySettings.from_dict(tables))
 
 
-def test_a_smooth_field_cannot_follow_a_rough_one():
-    fields = {
-        TENSION: variable(JointField(correlation_length=5.0)),
-        COHESION: variable(JointField(correlation_length=0.1)),
-    }
-    with pytest.raises(InputError, match="cannot be so strongly correlated"):
-        design(fields, 0.9).joint_values(0, PLACES)
-
-
 def test_weak_units_come_in_patches():
     """A mixture through a field: as often as stated, and weak joints near weak joints."""
     parts = [{"weight": w, "distribution": "lognormal", "mean": m, "cov": 0.05} for w, m in ((0.95, 1.0), (0.05, 0.5))]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,8 +14,6 @@ from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.state.increment import ZoneResults
 from damagepred.solvers.system.deformable_blocks import cell_gridpoints, strain_rows
-
-Field = Callable[[FloatArray, FloatArray], FloatArray]
 
 BRICKWORK = BlockMaterial(elastic_modulus=9e9, poisson_ratio=0.19)
 CONCRETE = BlockMaterial(elastic_modulus=30e9, poisson_ratio=0.2, density=2400.0)
