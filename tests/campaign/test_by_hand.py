@@ -182,7 +182,11 @@ FIELD = {"distribution": "lognormal", "mean": 1e5, "cov": 0.3, "field": {"course
         ({}, {"stop_when": {"category": 5, "at": 0.006, "half_width": 0.1}}, "category: must be at most 4"),
         ({}, {"replicates": 3, "stop_when": {"category": 4, "at": 0.006, "half_width": 0.1}}, "first = 64: must be a"),
         ({}, {"sampler": "lhs", "replicates": 2}, "replicates = 2: is for sampler"),
+        ({}, {"sampler": "random", "replicates": 2}, "replicates"),
         ({}, {"nominal_share": 0.1}, "nominal_share = 0.1: goes with"),
+        ({}, {"importance": {"joint.fricton": {"shift": -1}}}, "Did you mean 'joint.friction'"),
+        ({}, {"importance": {"joint.cohesion": {"shift": -1}}}, "no variable with one value per wall"),
+        ({}, {"sampler": "table"}, "needs it"),
     ],
 )
 def test_incompatible_settings(changes: dict[str, Any], sampling: dict[str, Any], words: str) -> None:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from damagepred.campaign.settings import StudySettings
-from damagepred.errors import InputError
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.study import draw_category_shares
 from damagepred.study import Study, open_study
@@ -72,11 +71,6 @@ def mound(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return run(MOUND, tmp_path_factory.mktemp("mound") / "mound.dp")
 
 
-@pytest.fixture(scope="module")
-def jacks(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return run(JACKS, tmp_path_factory.mktemp("jacks") / "jacks.dp")
-
-
 def test_curves_of_a_mound_s_study_are_against_the_movement_of_its_surface(mound: Path) -> None:
     ds = open_study(mound)
     curves = fit_fragility(ds, bootstrap=0)
@@ -93,8 +87,3 @@ def test_curves_of_a_mound_s_study_are_against_the_movement_of_its_surface(mound
         assert bounds.lower[wall] == ds["surface_movement"].values[wall, reached[0] - 1]
     # read against the deflection, the same walls make another curve
     assert fit_fragility(ds, intensity="central_deflection", bootstrap=0)["intensity"][-1] < curves["intensity"][-1]
-
-
-def test_a_study_without_mounds_has_no_movement_of_a_surface(jacks: Path) -> None:
-    with pytest.raises(InputError, match="no variable 'surface_movement' with values; it has central_deflection"):
-        fit_fragility(open_study(jacks), intensity="surface_movement")

@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 
 from damagepred.campaign.settings import StudySettings
-from damagepred.errors import InputError
 from damagepred.study import Study, open_study
 from tests.campaign.test_ground import JACKS, MOUND, WALL
 from tests.conftest import SMALL_STUDY
@@ -60,19 +59,3 @@ def test_ends_on_mounds_and_jacks(ground: str, measure: str) -> None:
         assert end[measure].values[0] == vectors[0, study.design.wall.index("mound.surface_movement")]
     else:
         assert last < study.settings.scene.movement.increments, "jacks that never let go test nothing"
-
-
-def test_a_path_whose_end_counts_reaches_it() -> None:
-    tables = tomllib.loads(SMALL_STUDY.replace("stop_at_category = 4", ""))
-    for movement, last in (("path", 4), ("sampled", np.inf), ("both", np.inf)):
-        tables["study"]["movement"] = movement
-        assert StudySettings.from_dict(tables).last_category == last
-    tables["study"]["stop_at_category"] = 2
-    assert StudySettings.from_dict(tables).last_category == 2
-    tables["study"] |= {"movement": "sampled", "stop_when": {"category": 1, "at": "8 mm", "half_width": 0.05}}
-    with pytest.raises(InputError, match="not at a common one"):
-        StudySettings.from_dict(tables)
-    tables["study"].pop("stop_when")
-    tables["study"]["movement"] = "end"
-    with pytest.raises(InputError, match="movement = 'end': must be 'path', 'sampled' or 'both'"):
-        StudySettings.from_dict(tables)

@@ -43,11 +43,6 @@ def serial(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_replay_of_an_unknown_sample_is_refused(serial: Path) -> None:
-    with pytest.raises(InputError, match="samples 0 to 5"):
-        replay(serial, 6)
-
-
 def test_design_is_written_with_every_input(serial: Path) -> None:
     design = read_dataset(serial / "design.nc")
     study = Study(settings())
@@ -69,15 +64,6 @@ def test_another_study_is_refused_and_the_keys_are_named(serial: Path) -> None:
     assert "variables.joint.friction.mean (was 0.75, is 0.7)" in str(caught.value)
     assert "scene.wall.height" in str(caught.value)
     assert sorted(p.name for p in serial.rglob("*")) == before
-
-
-def test_a_second_writer_is_refused(serial: Path) -> None:
-    lock = StudyFolder(serial).lock()
-    try:
-        with pytest.raises(StudyError, match="another damagepred is writing"):
-            Study(settings()).run(serial)
-    finally:
-        lock.release()
 
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:

@@ -62,23 +62,6 @@ def test_a_latin_hypercube_cannot_be_stopped(tmp_path: Path) -> None:
         run_until(Study(settings(sampler="lhs", stop_when=rule)), tmp_path / "s.dp")
 
 
-@pytest.mark.parametrize(
-    ("sampling", "message"),
-    [
-        ({"stop_when": {"category": 9, "at": 0.006, "half_width": 0.1}}, "category"),
-        ({"replicates": 5, "stop_when": {"category": 1, "at": 0.006, "half_width": 0.1}}, "multiple of replicates"),
-        ({"replicates": 2, "sampler": "random"}, "replicates"),
-        ({"importance": {"joint.fricton": {"shift": -1}}}, "Did you mean 'joint.friction'"),
-        ({"importance": {"joint.cohesion": {"shift": -1}}}, "no variable with one value per wall"),
-        ({"nominal_share": 0.1}, "goes with"),
-        ({"sampler": "table"}, "needs it"),
-    ],
-)
-def test_incompatible_settings_are_refused(sampling: dict[str, object], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        settings(**sampling)
-
-
 # -- importance sampling and tables in a study ------------------------------------------------------------------------
 
 

@@ -73,7 +73,8 @@ def test_a_frozen_study_of_an_older_version_counts_from_1(tmp_path: Path) -> Non
 
 def test_categories_means_and_keys_of_settings(tmp_path: Path) -> None:
     stops = [({}, "path", 4), ({"stop_at_category": 2}, "path", 2), ({"stop_at_category": "none"}, "path", math.inf)]
-    stops += [({"stop_at_category": None}, "both", math.inf), ({"stop_at_category": None}, "path", 4)]
+    stops += [({"stop_at_category": None}, m, math.inf) for m in ("both", "sampled")]
+    stops += [({"stop_at_category": None}, "path", 4)]
     for how, movement, last in stops:
         assert settings({}, **{"movement": movement} | how).last_category == last
     assert settings({}).other_means() == [

@@ -10,10 +10,6 @@ from damagepred.plotting.colours import CATEGORY_COLOURS
 from damagepred.plotting.geometry import open_stretches
 
 
-def texts(ax):
-    return " ".join(t.get_text() for t in ax.texts)
-
-
 def lines(ax, label):
     return [line for line in ax.lines if line.get_label() == label]
 

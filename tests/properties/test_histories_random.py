@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import damagepred
 from damagepred import Scene
+from tests.solvers.test_histories import energy_balance
 
 pytestmark = pytest.mark.quick_cases()
 
@@ -64,28 +64,18 @@ def on_footing(scene: Scene, footing: str) -> Scene:
     return Scene.from_dict({**tables, "movement": movement, "rig": {"stop_at_zero": False}})
 
 
-def check_energy(path: xr.Dataset) -> None:
-    """Check that no part of the dissipation falls and that the balance closes, but for the energy error stated."""
-    error = path["energy_error"].values
-    parts = [path[name].values for name in ("friction_work", "fracture_work", "released_energy")]
-    for part in parts:
-        assert (np.diff(part) >= -np.diff(error) - 1e-9).all()
-    balance = path["external_work"].values - path["elastic_energy"].values - sum(parts)
-    assert (np.abs(balance) <= error + 1e-9).all()
-
-
 def check_histories(seeds: range) -> None:
     for seed in seeds:
         path = damagepred.solve(random_scene(seed))
         assert path.attrs["status"] == "complete"
-        check_energy(path)
+        energy_balance(path)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 5, 9])
 def test_strains_and_creep_make_no_energy(seed: int) -> None:
     path = damagepred.solve(with_slow_strains(random_scene(seed), seed))
     assert path.attrs["status"] == "complete"
-    check_energy(path)
+    energy_balance(path)
 
 
 @pytest.mark.parametrize(
@@ -103,7 +93,7 @@ def test_strains_and_creep_on_a_footing_make_no_energy(footing: str, seeds: Sequ
         if scene.movement.shape != "mound":
             path = damagepred.solve(on_footing(with_slow_strains(scene, seed), footing))
             assert path.attrs["status"] == "complete"
-            check_energy(path)
+            energy_balance(path)
 
 
 def test_ten_random_histories_make_no_energy() -> None:

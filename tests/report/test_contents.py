@@ -21,7 +21,6 @@ from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_page
 from damagepred.results.tables import Table
 from damagepred.scene import Scene
-from damagepred.uq.fragility import fit_fragility
 from tests.synthetic_studies import synthetic_study
 
 
@@ -245,19 +244,6 @@ def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
     ds["apex_limited"] *= 0
     ds["limit_deflection"] *= np.nan
     assert len(said(curves)) == len(known) - 2
-
-
-def test_a_doubtful_curve_is_named(tmp_path: Path) -> None:
-    ds = open_study(synthetic_study(tmp_path / "house.dp", 40))
-    curves = fit_fragility(ds, bootstrap=0, goodness=20)
-    settings = read_frozen(StudyFolder(tmp_path / "house.dp").study_text())
-
-    def said(p_value: float) -> str:
-        (text,) = study_caveats(ds, curves.assign(p_value=curves["p_value"] * 0 + p_value), settings, 6e-3).parts
-        return " ".join(text.items)
-
-    assert "The curve of category 1 is doubtful: of walls that follow such a curve, a share of 0.010 lies" in said(0.01)
-    assert "doubtful" not in said(0.3)
 
 
 def test_what_the_file_gives_is_told_from_defaults_of_the_same_value(tmp_path: Path) -> None:

@@ -57,12 +57,6 @@ def test_bad_tables(table: object, words: str):
     assert "table" in str(caught.value)
 
 
-def movement(form: np.ndarray) -> Movement:
-    """Return a movement through equally spaced points."""
-    position = np.linspace(0, 1, len(form))
-    return Movement(shape="table", table=tuple(zip(position.tolist(), form.tolist(), strict=True)))
-
-
 def test_table_with_another_shape_is_refused():
     with pytest.raises(InputError, match="only read with shape = 'table'"):
         Scene.from_dict({"movement": {"shape": "arc", "table": [list(p) for p in TABLE]}})

@@ -18,19 +18,6 @@ WALL = Scene(
 )
 
 
-def broken_at(increments: int, **solver: object) -> np.ndarray:
-    movement = replace(WALL.movement, increments=increments)
-    scene = replace(WALL, movement=movement, solver=Solver(**solver))
-    ds = solve(scene)
-    share = ds["contact_broken_at"].values
-    # exactly the mortar that is cracked at the end has a load factor of failure
-    cracked = (ds["contact_state"].values[-1] == 1) & (ds["contact_kind"].values < 2)
-    mortar = ds["contact_kind"].values < 2
-    np.testing.assert_array_equal(np.isfinite(share[mortar]), cracked[mortar])
-    assert np.isnan(share[ds["contact_kind"].values == 2]).all()  # a dpc without strength has no bond
-    return share
-
-
 def test_bonds_that_soften_by_slip_have_a_load_factor_of_failure():
     """The first slip of a bond that softens by slip is recorded as its failure, without an event."""
     joint = Joint(tensile_strength=15e3, cohesion=12e3, friction=0.8, fracture_energy=50.0, shear_fracture_energy=100.0)

@@ -12,6 +12,7 @@ from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Joint, Scene, Solver, Wall
+from tests.verification.test_energy_accounts import brickwork
 
 SOLVERS = {
     method: Solver(method=method, lump_block_elasticity=False, tolerance=tolerance)  # type: ignore[arg-type]
@@ -123,16 +124,9 @@ def test_brittle_shear_breaks_the_bond_on_the_cone_and_not_on_the_ellipse(solver
 
 def pushed_wall(joint: Joint, **other: object) -> xr.Dataset:
     """Push a small wall over under preload, so that its toe is crushed."""
-    wall = Assembly(thickness=T, joint=joint)
-    base = []
-    for course in range(4):
-        edges = [0.0, 0.2, 0.4, 0.6] if course % 2 else [0.0, 0.1, 0.3, 0.5, 0.6]
-        for left, right in zip(edges[:-1], edges[1:]):  # noqa: RUF007
-            block = wall.add_block(rectangle(left, 0.1 * course, right, 0.1 * (course + 1)), course=course)
-            if course == 0:
-                base.append(block)
+    wall = brickwork(joint)
     beam = wall.add_block(rectangle(0.0, 0.4, 0.6, 0.5), course=4)
-    wall.rest_on_ground(base)
+    wall.rest_on_ground(range(4))
     wall.load(beam, y=-25e3)
     wall.support(beam, x=True, y=False, rotation=False)
     wall.move(beam, x=0.4e-3)

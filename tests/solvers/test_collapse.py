@@ -22,20 +22,6 @@ def on_plate(width: float, height: float, friction: float, lean: float) -> Assem
 
 
 @METHODS
-@pytest.mark.parametrize(("width", "height", "friction"), [(0.3, 0.3, 0.2), (0.2, 0.4, 0.75), (0.05, 1.0, 2.0)])
-@pytest.mark.parametrize(("share", "falls"), [(0.99, False), (1.01, True)])
-def test_a_block_slides_at_mu_and_topples_at_b_over_h(
-    method: str, width: float, height: float, friction: float, share: float, falls: bool
-) -> None:
-    settings = Solver(method=method, tolerance=None if method == "quasi_static" else 1e-5)  # type: ignore[arg-type]
-    model = on_plate(width, height, friction, share * min(friction, width / height)).build(settings)
-    last = list(solve_path(model, settings, 1))[-1]
-    assert last.collapsed == falls
-    assert np.isfinite(last.residuals.unbalanced_force_ratio)
-    assert (last.number == 0) == falls
-
-
-@METHODS
 def test_a_pushed_wall_that_creeps_above_its_limit_load_has_collapsed(method: str) -> None:
     """Three courses, 1 % above the sliding load: collapse at the limit, although they hardly accelerate."""
     wall = on_plate(0.4, 0.1, 0.3, 0.0)

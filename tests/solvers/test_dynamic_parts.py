@@ -7,7 +7,7 @@ import pytest
 from scipy import integrate
 
 import damagepred
-from damagepred import Assembly, Scene
+from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError, InputError
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Solver
@@ -97,25 +97,6 @@ def test_records_of_acceleration_and_velocity_give_the_same_motion(tmp_path: Pat
     file.write_text("time (s); m/s2\n" + "\n".join(f"{t:.6f}; {a:.9g}" for t, a in zip(time, acceleration)))
     read = base_displacement([BaseMotion(file=str(file), scale=2.0)])(probe)
     np.testing.assert_allclose(read[:, 0], 2 * exact, atol=4e-6)
-
-
-@pytest.mark.parametrize(
-    ("tables", "message"),
-    [
-        ({"duration": 0}, r"\[dynamics\] duration = 0: must be greater than 0 s"),
-        ({"duration": "5 m"}, "wrong kind of unit"),
-        ({"damping": "some"}, "must be 'none', 'viscous', 'rayleigh' or 'local'"),
-        ({"damping": "rayleigh", "frequency": 200}, "second_frequency = 100 Hz: must be above frequency = 200 Hz"),
-        ({"base": [{"kind": "half_sine"}]}, "needs one greater than 0 s"),
-        ({"base": [{}]}, "a record needs two points or more"),
-        ({"base": [{"time": [0, 1, 1], "values": [0, 1, 2]}]}, "time: must rise"),
-        ({"base": [{"kind": "full_sine", "duration": 1, "file": "a.csv"}]}, "only read with kind = 'record'"),
-        ({"bse": []}, "unknown key"),
-    ],
-)
-def test_bad_settings_are_named(tables: dict, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        Scene.from_dict({"dynamics": tables})
 
 
 def test_scenes_that_cannot_be_run_in_time_are_refused(tmp_path: Path) -> None:

@@ -13,7 +13,6 @@ from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import Dpc, Dynamics, Footing, Joint, Loads, Mound, Movement, Rig, Scene, Soil, Solver, Wall
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.explicit.jack_servo import Pump
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.explicit.stepper import DEFLECTION_TOLERANCE, ExplicitStepper
 from damagepred.solvers.system.footing_forces import section_forces, section_response_of
@@ -95,16 +94,6 @@ def test_the_load_of_the_jacks_may_be_prescribed() -> None:
     level = explicit[0].footing.jack_load
     assert [i.footing.jack_load for i in explicit] == pytest.approx([level, 0.5 * (level + 2200.0), 2200.0])
     assert explicit[-1].footing.deflection > 0.0
-
-
-def test_the_pump_extrapolates_the_last_step() -> None:
-    """Volume per load factor over the last step alone, for any earlier delivery."""
-    pump = Pump(wall_model(on_jacks()))
-    pump.begin_level()
-    for progress, volume, pace in ((0.2, 1e-3, 5e-3), (0.5, 6e-4, 2e-3), (0.9, -8e-4, -2e-3)):
-        pump.deliver(volume)
-        pump.extrapolate_volume(progress)
-        assert pump.line.volume_step == pytest.approx(pace, rel=1e-9)
 
 
 @pytest.mark.parametrize("damping", [0.05, 0.8])

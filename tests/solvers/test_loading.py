@@ -1,7 +1,6 @@
 """Live loads that grow with the movement, blocks fixed after the dead load, beams that stay level."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.symmetry import reduce_by_symmetry
+from tests.verification.test_energy_accounts import brickwork
 
 SOLVERS = {
     method: Solver(method=method, lump_block_elasticity=False, tolerance=tolerance)  # type: ignore[arg-type]
@@ -53,16 +53,6 @@ def test_a_pushed_block_slides_at_the_friction_angle(solver: Solver, increments:
     assert ds["progress"].values[-1] == pytest.approx(ds.attrs["collapse_progress"] + gap)
 
 
-def test_a_pushed_block_topples_where_its_weight_leaves_the_base(solver: Solver) -> None:
-    """Pushed at mid-height by P lambda, it topples where P lambda h/2 = W b/2; rigid but for its joint."""
-    b, h = 0.1, 0.4
-    wall, _ = block_on_plate(b, h, replace(DRY, friction=2.0, normal_stiffness=1e12))
-    wall.push_body(x=0.5)
-    ds = damagepred.solve(wall, solver=solver, increments=8)
-    assert ds.attrs["status"] == "collapsed"
-    assert ds.attrs["collapse_progress"] == pytest.approx(2 * b / h, abs=2e-3)
-
-
 def test_a_body_force_is_a_multiple_of_the_weight() -> None:
     wall, weight = block_on_plate(0.6, 0.3, DRY)
     wall.push_body(x=0.25, y=-0.5)
@@ -75,22 +65,10 @@ def test_a_body_force_is_a_multiple_of_the_weight() -> None:
         wall.push_body(y=np.inf)
 
 
-def bonded_wall(courses: int = 6, joint: Joint | None = None) -> Assembly:
-    wall = Assembly(thickness=T, joint=joint or Joint(tensile_strength=5e6, cohesion=5e6))
-    base = []
-    for course in range(courses):
-        edges = [0.0, 0.2, 0.4, 0.6] if course % 2 else [0.0, 0.1, 0.3, 0.5, 0.6]
-        for left, right in pairwise(edges):
-            block = wall.add_block(rectangle(left, 0.1 * course, right, 0.1 * (course + 1)), course=course)
-            if course == 0:
-                base.append(block)
-    wall.rest_on_ground(base)
-    return wall
-
-
 def test_a_live_load_is_mirrored_or_the_wall_is_solved_in_full() -> None:
     quasi_static = SOLVERS["quasi_static"]
-    wall = bonded_wall(courses=4)
+    wall = brickwork(Joint(tensile_strength=5e6, cohesion=5e6))
+    wall.rest_on_ground(range(4))
     wall.push_body(y=-0.5)
     top = [b for b in range(wall.n_blocks) if wall._course[b] == 3]
     wall.push(top[0], x=300.0)

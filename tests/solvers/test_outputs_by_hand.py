@@ -26,7 +26,7 @@ from damagepred.solvers.state.joint_history import JointHistory, contact_states,
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, section_lengths, support_loads
 from damagepred.solvers.system.zero_support_load import least_support_load
-from tests.verification.test_energy_accounts import ONE_STEP, softening_work
+from tests.verification.test_energy_accounts import ONE_STEP, drawn_pair, softening_work
 
 SOFT = Joint(
     normal_stiffness=2e9,
@@ -310,11 +310,7 @@ def test_slip_that_breaks_a_softened_bond_releases_the_rest() -> None:
         residual_friction=None,
         cohesion=0.2e6,
     )
-    wall = Assembly(thickness=0.11, joint=joint)
-    low, high = (wall.add_block(rectangle(0.0, y, 0.3, y + 0.1)) for y in (0.0, 0.1))
-    wall.support(low)
-    wall.move(high, x=0.3e-3, y=0.16e-3, rotation=0.0)
-    model = wall.build(ONE_STEP)
+    model = drawn_pair(joint, x=0.3e-3, y=0.16e-3, rotation=0.0)
     path: list[Increment] = list(solve_path(model, ONE_STEP, 300))
     sheared = [np.abs(step.shear_stress).max() > 0 for step in path[1:]]
     breaks = sheared.index(False)  # the last increment before it breaks

@@ -34,20 +34,10 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_response_of
 from tests.kernels.one_joint import joint_arrays
 from tests.solvers.dynamic_scenes import STIFF
+from tests.solvers.test_outputs_by_hand import SOFT
 from tests.verification.test_energy_accounts import DRY, ELASTIC, ONE_STEP, concrete_on_jacks, on_jacks
 
-SOFT = Joint(
-    normal_stiffness=2e9,
-    shear_stiffness=0.7e9,
-    tensile_strength=0.1e6,
-    cohesion=0.3e6,
-    friction=0.8,
-    residual_tensile_strength=0.0,
-    residual_cohesion=0.05e6,
-    residual_friction=0.5,
-    fracture_energy=9.0,
-    brittle_shear=True,
-)
+BRITTLE = replace(SOFT, compressive_strength=None, brittle_shear=True)
 GRAVITY = 9.81
 
 
@@ -125,7 +115,7 @@ def test_pump_and_line_by_static_solutions() -> None:
 @pytest.mark.parametrize(("share", "e"), [(0.5, 0.9e-4), (1.0, 0.3e-4), (0.3, -2e-4)])
 def test_load_of_a_softened_bond_by_hand(share: float, e: float) -> None:
     """Beyond the limit, the excess stress over the cohesion; kappa at this integrity."""
-    wall = Assembly(thickness=0.11, joint=SOFT)
+    wall = Assembly(thickness=0.11, joint=BRITTLE)
     for k in range(2):
         wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * k + 0.1))
     wall.support(0)
@@ -141,8 +131,8 @@ def test_load_of_a_softened_bond_by_hand(share: float, e: float) -> None:
 
 
 def test_slip_breaks_the_bonds_of_the_sliding_joint_alone() -> None:
-    strong = replace(SOFT, tensile_strength=1e6, cohesion=3e6, fracture_energy=2e3)
-    wall = Assembly(thickness=0.11, joint=SOFT)
+    strong = replace(BRITTLE, tensile_strength=1e6, cohesion=3e6, fracture_energy=2e3)
+    wall = Assembly(thickness=0.11, joint=BRITTLE)
     for k in range(3):
         wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * k + 0.1))
     wall.set_joint(1, 2, strong)

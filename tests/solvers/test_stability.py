@@ -13,7 +13,7 @@ from damagepred.solvers.explicit import scheme
 from damagepred.solvers.explicit.scheme import scaled_mass
 from damagepred.solvers.explicit.stepper import ExplicitStepper, explicit_path
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
+from tests.solvers.walls import small_scene, small_wall, stack
 
 LIMIT = 1.0 / np.sqrt(1.0 - 0.8)
 """Largest stable time step under local damping 0.8, 2/√(1 - α²), over the one that masses keep, 2/√(1 + α)."""
@@ -95,12 +95,6 @@ def test_a_displacement_that_is_not_a_number_is_detected():
         path.equilibrate()
     assert caught.value.increment == 3
     assert caught.value.block >= 0
-
-
-def test_a_block_that_falls_is_a_collapse_and_no_divergence():
-    settings = Solver(method="explicit", ramp_cycles=100)
-    path = list(explicit_path(weak_pair(settings), settings, 3))
-    assert [p.collapsed for p in path] == [True]
 
 
 def test_an_increment_without_convergence_names_itself_and_a_block():

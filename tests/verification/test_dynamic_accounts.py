@@ -10,7 +10,7 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.scene.dynamics import BaseMotion
-from tests.verification.test_energy_accounts import ONE_STEP, elastic_energy, softening_work
+from tests.verification.test_energy_accounts import ONE_STEP, TORN, drawn_pair, elastic_energy, softening_work
 
 SOFT = Joint(normal_stiffness=4e8, shear_stiffness=1.5e8, tensile_strength=1e9, cohesion=1e9)
 BASE = (
@@ -73,14 +73,7 @@ def test_works_in_time_balance_at_every_output(damping: str) -> None:
 
 def test_a_bond_that_softens_in_time_holds_and_has_taken_what_its_secant_says() -> None:
     """A block that is pulled off another and turned: some of its contacts soften, others are pressed."""
-    joint = Joint(
-        normal_stiffness=2e9, shear_stiffness=1e9, tensile_strength=0.1e6, cohesion=0.5e6, fracture_energy=9.0
-    )
-    wall = Assembly(thickness=0.11, joint=joint)
-    low, high = (wall.add_block(rectangle(0.0, y, 0.3, y + 0.1)) for y in (0.0, 0.1))
-    wall.support(low)
-    wall.move(high, x=0.02e-3, y=0.06e-3, rotation=0.5e-3)
-    model = wall.build(ONE_STEP)
+    model = drawn_pair(TORN, x=0.02e-3, y=0.06e-3, rotation=0.5e-3)
     # all degrees of freedom are prescribed: a step is as long as the time between two outputs
     dynamics = Dynamics(duration=0.05, outputs=400, movement_time=0.05, start="unstressed", new_contacts=False)
     path = list(dynamic_run(model, ONE_STEP, dynamics))

@@ -268,38 +268,30 @@ def pressed_wall() -> Case:
     return Case(wall.build(ONE_STEP), ONE_STEP, 40, ("external_work", "friction_work", "crushing_work"), None, 0.02)
 
 
-def softening_pair() -> Case:
-    """A block pulled obliquely off another, by softening bonds."""
-    joint = Joint(
-        normal_stiffness=2e9, shear_stiffness=1e9, tensile_strength=0.1e6, cohesion=0.5e6, fracture_energy=9.0
-    )
+def drawn_pair(joint: Joint, **moves: float) -> Model:
+    """Block on a held one, moved from there."""
     wall = Assembly(thickness=0.11, joint=joint)
     low, high = (wall.add_block(rectangle(0.0, y, 0.3, y + 0.1)) for y in (0.0, 0.1))
     wall.support(low)
-    wall.move(high, x=0.02e-3, y=0.13e-3, rotation=0.3e-3)
-    return Case(wall.build(ONE_STEP), ONE_STEP, 100, ("external_work", "fracture_work"), None, 1e-3, 2e-3)
+    wall.move(high, **moves)
+    return wall.build(ONE_STEP)
+
+
+TORN = Joint(normal_stiffness=2e9, shear_stiffness=1e9, tensile_strength=0.1e6, cohesion=0.5e6, fracture_energy=9.0)
+
+
+def softening_pair() -> Case:
+    """A block pulled obliquely off another, by softening bonds."""
+    model = drawn_pair(TORN, x=0.02e-3, y=0.13e-3, rotation=0.3e-3)
+    return Case(model, ONE_STEP, 100, ("external_work", "fracture_work"), None, 1e-3, 2e-3)
 
 
 def worn_pair() -> Case:
     """A block in tension and shear on another, whose bond softens by slip while it opens; then in compression."""
-    joint = Joint(
-        normal_stiffness=2e9,
-        shear_stiffness=1e9,
-        tensile_strength=0.1e6,
-        cohesion=0.12e6,
-        friction=0.5,
-        fracture_energy=9.0,
-        shear_fracture_energy=20.0,
-        residual_cohesion=0.02e6,
-        residual_friction=0.4,
-    )
-    wall = Assembly(thickness=0.11, joint=joint)
-    low, high = (wall.add_block(rectangle(0.0, y, 0.3, y + 0.1)) for y in (0.0, 0.1))
-    wall.support(low)
-    wall.move(high, x=0.3e-3, y=0.05e-3, rotation=0.25e-3)
-    return Case(
-        wall.build(ONE_STEP), ONE_STEP, 150, ("external_work", "friction_work", "fracture_work"), None, 1e-9, 4e-3
-    )
+    left = {"shear_fracture_energy": 20.0, "residual_cohesion": 0.02e6, "residual_friction": 0.4}
+    joint = replace(TORN, cohesion=0.12e6, friction=0.5, **left)
+    model = drawn_pair(joint, x=0.3e-3, y=0.05e-3, rotation=0.25e-3)
+    return Case(model, ONE_STEP, 150, ("external_work", "friction_work", "fracture_work"), None, 1e-9, 4e-3)
 
 
 def on_jacks(control: str, **more: object) -> Case:
