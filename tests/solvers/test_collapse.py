@@ -1,13 +1,23 @@
-"""A wall collapses just above its limit load, and stands just below it."""
+"""Collapse: just above the limit load, bracketed with few iterations, by a limit that allows for elasticity."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
 from damagepred import solve
-from damagepred.assembly import Assembly
+from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Footing, Joint, Movement, Rig, Scene, Solver, Wall
 from damagepred.solvers import solve_path
+from damagepred.solvers.options import DEFAULTS
+from damagepred.solvers.quasi_static.continuation import Continuation
+from damagepred.solvers.quasi_static.equilibrium import Equilibrium
+from damagepred.solvers.system.collapse_criterion import detached_blocks, largest_elastic_displacement
 
 METHODS = pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 
@@ -68,3 +78,88 @@ def test_a_wall_that_balances_too_far_away_stood_an_increment_before() -> None:
     assert ds.attrs["status"] == "collapsed"
     assert ds.attrs["collapse_progress"] == ds["progress"].values[-2]
     assert ds["unbalanced_force_ratio"].values[-1] < 1e-6
+
+
+CONTROL = DEFAULTS.continuation
+DRY = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.75)
+
+
+def pushed(units: int, courses: int, share: float) -> Model:
+    """Return a dry wall in running bond on a plate, pushed along x by a share of its weight."""
+    wall, length = Assembly(joint=DRY), 0.24 * units
+    wall.support(wall.add_block(rectangle(-0.12, -0.075, length + 0.12, 0.0)))
+    for course in range(courses):
+        inner = 0.24 * (np.arange(units) + 0.5) if course % 2 == 0 else 0.24 * np.arange(1, units)
+        for left, right in itertools.pairwise([0.0, *inner, length]):
+            wall.add_block(rectangle(left, 0.075 * course, right, 0.075 * (course + 1)))
+    wall.push_body(x=share)
+    return wall.build(Solver())
+
+
+def within(calls: int, function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function that may be called a limited number of times."""
+    remaining = itertools.count(calls, -1)
+
+    def counted(*arguments: Any, **named: Any) -> Any:
+        assert next(remaining) > 0, "too often"
+        return function(*arguments, **named)
+
+    return counted
+
+
+def test_the_bracket_ends_where_a_wall_stands_in_smaller_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction depends on the path: with smaller steps a wall may stand up to a load that collapsed it in a larger
+    step."""
+    path = Continuation(pushed(2, 2, 0.1), Solver())
+    path.advance(1.0, 0.0)
+    snap_through, find, fell = path.snap_through, within(200, Equilibrium.find), []
+
+    def fall_once(state: Any, start_load_factor: float, cycles_share: float = 1.0) -> Any:
+        if fell:
+            return snap_through(state, start_load_factor, cycles_share)
+        fell.append(state.load_factor)
+        state.displacement[::3] += 1.0
+        return state, np.inf
+
+    def not_before(self: Equilibrium, state: Any, *arguments: Any, **named: Any) -> float:
+        worst = find(self, state, *arguments, **named)
+        return worst if fell or state.load_factor < 0.5 else 1.0
+
+    monkeypatch.setattr(path, "snap_through", fall_once)
+    monkeypatch.setattr(Equilibrium, "find", not_before)
+    assert path.advance(1.0, 1.0) == np.inf
+    assert fell[0] - CONTROL.collapse_bracket <= path.last_stable_load_factor <= fell[0]
+    assert path.state.load_factor == fell[0]
+
+
+LENGTH, HEIGHT, WEIGHT = 0.24, 0.075, 2000.0 * 9.81 * 0.075
+
+
+def tall(count: int, normal_stiffness: float) -> Assembly:
+    """Return a bonded stack of rigid bricks."""
+    bond = Joint(normal_stiffness=normal_stiffness, tensile_strength=1e12, cohesion=1e12)
+    stack = Assembly(joint=bond)
+    for i in range(count):
+        stack.add_block(rectangle(0.0, HEIGHT * i, LENGTH, HEIGHT * (i + 1)))
+    stack.rest_on_ground([0])
+    return stack
+
+
+def test_blocks_beyond_the_limit_are_detached() -> None:
+    model = tall(40, 1e7).build(Solver(lump_block_elasticity=False))
+    moved = np.zeros(model.size)
+    far = largest_elastic_displacement(model, 0.0)
+    assert far == pytest.approx(40 * 41 * WEIGHT / 2e7, rel=1e-6)
+    # a suddenly applied load doubles the elastic displacement; half a brick is allowed besides,
+    # and twice the settlement of the bed joint on the ground
+    limit = 2.0 * far + 0.5 * np.sqrt(LENGTH * HEIGHT) + 2.0 * 40 * WEIGHT / 1e7
+    for share, loose in ((0.999, []), (1.001, [20])):
+        moved[3 * 20] = share * limit
+        assert np.flatnonzero(detached_blocks(model, moved, 0.0)).tolist() == loose
+
+
+def test_the_limit_of_an_unsupported_stack_has_no_elastic_part() -> None:
+    wall = tall(2, 1e7)
+    wall.add_block(rectangle(1.0, 0.0, 1.24, HEIGHT))  # in the air
+    model = wall.build(Solver(lump_block_elasticity=False))
+    assert largest_elastic_displacement(model, 1.0) == 0.0

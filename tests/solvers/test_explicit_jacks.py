@@ -5,12 +5,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import damagepred
 from damagepred.assembly import Model, wall_model
 from damagepred.assembly.section import SectionMemory
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.one_wall.judged_path import dynamic_run
-from damagepred.scene import Dpc, Dynamics, Footing, Joint, Loads, Mound, Movement, Rig, Scene, Soil, Solver, Wall
+from damagepred.scene import (
+    Dpc,
+    Dynamics,
+    Footing,
+    Joint,
+    Loads,
+    Mound,
+    Movement,
+    Opening,
+    Rig,
+    Scene,
+    Soil,
+    Solver,
+    Wall,
+)
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
@@ -220,3 +235,24 @@ def test_run_in_time_refuses_a_footing_that_cracks() -> None:
     scene = replace(on_mound(), footing=cracking().footing)
     with pytest.raises(InputError, match=r"footing\.concrete"):
         dynamic_run(wall_model(scene), scene.solver, Dynamics())
+
+
+def test_level_state_is_that_on_bilateral_supports_while_none_pulls() -> None:
+    """Under a part of its weight, with unbroken bonds, a wall spans the footing and would lift it off."""
+    scene = Scene(
+        wall=Wall(length=0.69, height=0.6, thickness=0.24, block_length=0.23, block_height=0.2, bond="stack"),
+        joint=Joint(normal_stiffness=5e9, shear_stiffness=2.5e9, tensile_strength=880.0, cohesion=514.0, friction=0.62),
+        footing=Footing(width=0.26, depth=0.57, elastic_modulus=3.2e9, density=2419.0),
+        movement=Movement(kind="doming", shape="jacks", central_deflection=1e-8, increments=1),
+        loads=Loads(roof=8745.0),
+    )
+    # a copy may have thin piers, as a sampled wall
+    scene = replace(scene, opening=(Opening(x=0.466, y=0.268, width=0.168, height=0.221, lintel_bearing=0.06),))
+    held, lifts = (
+        damagepred.solve(replace(scene, rig=Rig(support=support, stop_at_zero=False)))
+        for support in ("held", "lift_off")
+    )
+    assert lifts.attrs["status"] == "complete"
+    assert (held["support_load"] > 0.0).all()
+    for name in ("support_load", "jack_load", "contact_opening", "contact_broken_at"):
+        np.testing.assert_allclose(lifts[name], held[name], rtol=1e-6, atol=1e-15)

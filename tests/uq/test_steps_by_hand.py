@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from scipy import special, stats
+from scipy.stats import kstest
 
 from damagepred.analyses.stored_walls import require_on
 from damagepred.errors import InputError
@@ -45,6 +46,7 @@ from damagepred.uq.selection import (
 from damagepred.uq.sensitivity import sensitivity_indices
 from damagepred.uq.subset import Level, SubsetEstimate, _mean_of_runs, _variation, subset_simulation
 from damagepred.uq.survey_likelihood import censored, vague_log_likelihood
+from studies.validation.scores import coverage, crps, pit
 
 # -- capacities ----------------------------------------------------------------------------------------------------
 
@@ -481,3 +483,57 @@ def test_places_off_the_wall_and_in_openings_are_refused_at_their_edges() -> Non
     require_on(below, scene, "a")
     with pytest.raises(InputError, match=r"crack 1: part = 'below_dpc': .* has no dpc\."):
         require_on(below, Scene(wall=scene.wall), "a")
+
+
+LIMIT = 0.1
+
+
+def test_the_chosen_alternative_is_that_of_brute_force_in_95_of_100_repetitions() -> None:
+    random, right, samples, sure = np.random.default_rng(2), 0, [], 0
+    options = SelectionOptions(confidence=0.95, first=64, most=4096)
+    for _ in range(100):
+        # twelve alternatives, none within a fifth of the limit; a common factor makes them alike
+        factor = np.where(random.random(12) < 0.5, random.uniform(0.05, 0.7, 12), random.uniform(1.4, 5.0, 12))
+        probability, cost = LIMIT * factor, random.random(12)
+        common, own = random.random(4096), random.random((12, 4096))
+        pick = random.random((12, 4096)) < 0.7
+        uniform = np.where(pick, common, own)
+
+        def hits(k: int, count: int, u: np.ndarray = uniform, p: np.ndarray = probability) -> np.ndarray:
+            return (u[k, :count] < p[k]).astype(float)
+
+        found = select_cheapest(cost, hits, LIMIT, options)
+        feasible = probability <= LIMIT
+        best = int(np.flatnonzero(feasible)[np.argmin(cost[feasible])]) if feasible.any() else None
+        right += found.chosen == best
+        sure += found.sure
+        samples.append(found.samples.sum())
+    assert right >= 95
+    assert sure >= 90
+    assert np.mean(samples) < 0.5 * 12 * 4096  # brute force takes all of them
+
+
+def test_what_is_not_decided_is_said() -> None:
+    even = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], 10)
+    found = select_cheapest(np.array([1.0]), lambda k, n: even[:n], LIMIT, SelectionOptions(first=10, most=100))
+    assert (found.chosen, found.sure) == (None, False)
+    with pytest.raises(InputError, match="between 0 and 1"):
+        select_cheapest(np.array([1.0]), lambda k, n: even[:n], 1.5, SelectionOptions())
+
+
+def test_crps_of_two_members_by_hand() -> None:
+    np.testing.assert_allclose(crps([0.0, 1.0], [0.0, 0.5, 2.0]), [0.0, 0.0, 1.0], atol=1e-15)
+
+
+def test_pit_is_uniform_for_the_right_distribution_alone() -> None:
+    rng = np.random.default_rng(2)
+    ensemble, seen = rng.lognormal(size=5000), rng.lognormal(size=500)
+    assert kstest(pit(ensemble, seen), "uniform").pvalue > 0.01
+    assert kstest(pit(1.5 * ensemble, seen), "uniform").pvalue < 0.01
+
+
+def test_coverage_is_the_share_for_the_right_distribution() -> None:
+    rng = np.random.default_rng(4)
+    ensemble, seen = rng.normal(size=20_000), rng.normal(size=20_000)
+    for share in (0.5, 0.9):
+        assert coverage(ensemble, seen, share) == pytest.approx(share, abs=0.015)

@@ -7,7 +7,7 @@ import pytest
 
 from damagepred import Footing, InputError, Joint, Movement, Scene, Solver, Wall, solve
 from damagepred.scene import BlockMaterial, Creep, Dpc, Seasons, Stage, Strain
-from tests.properties.test_histories_random import check_energy
+from tests.solvers.test_histories import energy_balance
 
 LOOSE = Joint(shear_stiffness=1e6, tensile_strength=0.0, cohesion=0.0, friction=0.75)
 STRONG = Joint(tensile_strength=1e10, cohesion=1e10)
@@ -146,7 +146,7 @@ def test_both_solvers_agree_on_a_footing_under_bricks_with_strain_and_creep(foot
     largest = one["dpc_opening_max"].values.max()
     np.testing.assert_allclose(other["dpc_opening_max"], one["dpc_opening_max"], rtol=0, atol=0.015 * largest)
     np.testing.assert_allclose(other["central_deflection"], one["central_deflection"], rtol=0, atol=2e-6)
-    check_energy(one)
+    energy_balance(one)
 
 
 @pytest.mark.quick_cases
