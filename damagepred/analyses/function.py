@@ -113,13 +113,9 @@ class StudyFunction:
         which = np.broadcast_to(np.asarray(numbers, dtype=np.int64), (len(rows),))
         if (which < 0).any():
             raise InputError("numbers: must be 0 or more.")
-        solved = [self._solve(row, int(number)) for row, number in zip(rows, which)]
-        ds = self._dataset(solved)
+        values = [dict(zip(self.inputs, row)) for row in rows.tolist()]
+        ds = self._dataset([solve_sample(self.settings, self._design, *wall) for wall in zip(which.tolist(), values)])
         return ds.isel(sample=0, drop=True) if single else ds
-
-    def _solve(self, row: FloatArray, number: int) -> Solved:
-        values = dict(zip(self.inputs, row.tolist()))
-        return solve_sample(self.settings, self._design, number, values)
 
     def _dataset(self, solved: Sequence[Solved]) -> xr.Dataset:
         pattern = next((s.columns for s in solved if s.columns is not None), None)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import spatial
 
-from damagepred.arrays import FloatArray, IntArray
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
 
 _EPS = float(np.finfo(np.float64).eps)
@@ -157,17 +157,9 @@ def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float)
         i, j = _overlaps(low, high, below, above, tolerance)
         s, e = np.maximum(low[below][i], low[above][j]), np.minimum(high[below][i], high[above][j])
         foot = vertices[members[0]] - (vertices[members[0]] @ tangent) * tangent
-        shared.append(
-            (
-                owner[members[below[i]]],
-                owner[members[above[j]]],
-                foot + s[:, None] * tangent,
-                foot + e[:, None] * tangent,
-                np.broadcast_to(n, (len(i), 2)),
-                members[below[i]],
-                members[above[j]],
-            )
-        )
+        a, b = members[below[i]], members[above[j]]
+        ends_of = (foot + s[:, None] * tangent, foot + e[:, None] * tangent)
+        shared.append((owner[a], owner[b], *ends_of, np.broadcast_to(n, (len(i), 2)), a, b))
     if not shared:
         none, nobody = np.empty((0, 2)), np.empty(0, np.int64)
         return SharedEdges(nobody, nobody, none, none, none, nobody, nobody)
@@ -177,17 +169,19 @@ def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float)
 def _groups(values: FloatArray, tolerance: float) -> IntArray:
     """Group numbers of values: a gap above ``tolerance`` starts a new group."""
     order = np.argsort(values, kind="stable")
-    number = np.empty(len(values), dtype=np.int64)
-    number[order] = np.concatenate(([0], np.cumsum(np.diff(values[order]) > tolerance)))
-    return number
+    return _numbered(order, np.diff(values[order]) > tolerance)
 
 
 def _lines(direction: IntArray, offset: FloatArray, tolerance: float) -> IntArray:
     """Line numbers of edges, by direction and offset."""
     order = np.lexsort((offset, direction))
-    new = (np.diff(direction[order]) != 0) | (np.diff(offset[order]) > tolerance)
-    number = np.empty(len(offset), dtype=np.int64)
-    number[order] = np.concatenate(([0], np.cumsum(new)))
+    return _numbered(order, (np.diff(direction[order]) != 0) | (np.diff(offset[order]) > tolerance))
+
+
+def _numbered(order: IntArray, begins: BoolArray) -> IntArray:
+    """Numbers of groups in an order, at whose places from the second on a group begins or goes on."""
+    number = np.empty(len(order), dtype=np.int64)
+    number[order] = np.concatenate(([0], np.cumsum(begins)))
     return number
 
 

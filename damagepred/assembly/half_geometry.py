@@ -166,47 +166,31 @@ def _halve(
     position[faces] = np.arange(len(faces))
     left_block, left_face = number[:n] < 0, position < 0
     source = number[np.where(left_block, mirror.block, np.arange(n))]
+    mirrored = np.where(left_block[:, None], MIRRORED, 1.0)
     position[left_face] = position[mirror.interface[left_face]]
     contacts = np.where((left_face & mirror.reverses)[:, None], np.arange(q)[::-1], np.arange(q))
+    face, centre = interfaces_half, np.column_stack((blocks.x, blocks.y))[kept]
+    middle, normal = np.column_stack((face.x, face.y)), np.column_stack((face.normal_x, face.normal_y))
+    face = face._replace(
+        block_a=a,
+        block_b=b,
+        body_a=bodies[0],
+        body_b=bodies[1],
+        arm_normal_a=np.where(on_axis, 0.0, face.arm_normal_a),  # the axis does not turn
+        arm_shear_a=np.where(on_axis, 0.0, face.arm_shear_a),
+        contact_area=face.contact_area * np.where(halved[faces], 0.5, 1.0)[:, None],
+        elastic=strained and elastic_sides(strained, (a, b), middle, normal, face.length, centre),
+    )
     return HalfGeometry(
-        mirror,
-        kept,
-        faces,
-        cut,
-        in_half,
-        on_axis,
-        blocks=half,
-        interfaces=interfaces_half._replace(
-            block_a=a,
-            block_b=b,
-            body_a=bodies[0],
-            body_b=bodies[1],
-            arm_normal_a=np.where(on_axis, 0.0, interfaces_half.arm_normal_a),  # the axis does not turn
-            arm_shear_a=np.where(on_axis, 0.0, interfaces_half.arm_shear_a),
-            contact_area=interfaces_half.contact_area * np.where(halved[faces], 0.5, 1.0)[:, None],
-            elastic=strained
-            and elastic_sides(
-                strained,
-                (a, b),
-                np.column_stack((interfaces_half.x, interfaces_half.y)),
-                np.column_stack((interfaces_half.normal_x, interfaces_half.normal_y)),
-                interfaces_half.length,
-                np.column_stack((blocks.x, blocks.y))[kept],
-            ),
-        ),
+        *(mirror, kept, faces, cut, in_half, on_axis, half, face),
         elastic=strained,
         mesh=zoned,
         block_source=source,
-        block_sign=_signs(left_block, in_half[source]),
+        block_sign=np.where(in_half[source][:, None], MIRRORED > 0, mirrored),  # halved blocks only move up and down
         contact_source=position[:, None] * q + contacts,
         shear_sign=np.repeat(np.where(axis_face, 0.0, np.where(left_face, -1.0, 1.0))[:, None], q, axis=1),
         opening_factor=np.repeat(np.where(axis_face, 2.0, 1.0)[:, None], q, axis=1),
     )
-
-
-def _signs(left: BoolArray, halved: BoolArray) -> FloatArray:
-    # halved blocks only move up and down
-    return np.where(halved[:, None], MIRRORED > 0, np.where(left[:, None], MIRRORED, 1.0))
 
 
 def _blocks_of_half(blocks: Blocks, kept: IntArray) -> Blocks:

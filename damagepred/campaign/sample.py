@@ -43,6 +43,7 @@ from damagepred.scene import House, Scene
 from damagepred.uq.design import Design
 from damagepred.uq.fields import JointPlaces, course_sequences
 
+OF_SOME = {"time": {"units": "year"}, "surface_movement": GROWING_GROUND}  # attributes of columns that some walls have
 NOT_STARTED = -1  # status of a sample that was not started because the study is to stop
 
 
@@ -301,26 +302,19 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         "implausible": np.array([implausible(shares, settings.scene.solver)], dtype=np.int8),
     }
     columns = {name: _blank(name)._replace(values=value) for name, value in filled.items()}
+    solver, source = settings.scene.solver, f"{table.name}; {table.source}"
+    categories = [c for name in (*CATEGORY_VARIABLES, WORST_CATEGORY) for c in (name, f"wall_{name}") if c in columns]
     for name, more in (
         ("environment", as_table([environment()])),
-        *(
-            (n, category_attributes(table.category_names, f"{table.name}; {table.source}", n))
-            for category in (*CATEGORY_VARIABLES, WORST_CATEGORY)
-            for n in (category, f"wall_{category}")
-            if n in columns
-        ),
+        *((category, category_attributes(table.category_names, source, category)) for category in categories),
         *rules.attributes().items(),
-        *((share, {"tolerance": getattr(settings.scene.solver, option)}) for share, option in TOLERANCES.items()),
-        ("snap_through_share", {"tolerance": settings.scene.solver.snap_through_tolerance}),
+        *((share, {"tolerance": getattr(solver, option)}) for share, option in TOLERANCES.items()),
+        ("snap_through_share", {"tolerance": solver.snap_through_tolerance}),
+        *((name, more) for name, more in OF_SOME.items() if name in columns),
     ):
         columns[name] = columns[name]._replace(attributes={**columns[name].attributes, **more})
     if isinstance(settings.scene, House):
         columns["wall"] = columns["wall"]._replace(attributes=wall_attributes(settings.scene.names))
-    if "time" in columns:
-        columns["time"] = columns["time"]._replace(attributes={**columns["time"].attributes, "units": "year"})
-    if "surface_movement" in columns:
-        moved = columns["surface_movement"]
-        columns["surface_movement"] = moved._replace(attributes={**moved.attributes, **GROWING_GROUND})
     # an unloaded rig ends the movement
     return _kept_of_movement(columns, settings.study.movement, len(steps) - 1 if last.end.unloaded else increments)
 
@@ -335,11 +329,10 @@ def _kept_of_movement(columns: Columns, kept: str, end: int) -> Columns:
     """Stored columns of a path that ends at an increment: "path", "sampled" (its end) or "both"."""
     if kept == "path":
         return columns
-    path = {name for name, column in columns.items() if column.dims[:2] == ("sample", "increment")}
     at_end = {
         name: column._replace(dims=("sample", *column.dims[2:]), values=column.values[:, end])
         for name, column in columns.items()
-        if name in path
+        if column.dims[:2] == ("sample", "increment")
     }
     if kept == "sampled":
         return {name: column for name, column in (columns | at_end).items() if name != "increment"}

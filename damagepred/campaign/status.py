@@ -20,16 +20,8 @@ from damagepred.uq.exceedance import category_capacities, estimate_exceedance
 from damagepred.uq.movement_distribution import SITE
 
 READ = (
-    *(
-        "damage_category",
-        "crack_width_max",
-        "surface_movement",
-        "settlement",
-        "central_deflection",
-        "load_displacement",
-        "time",
-    ),
-    *("run_time", "limit_deflection", "environment", *STUDIED),
+    *("damage_category", "crack_width_max", "surface_movement", "settlement", "central_deflection"),
+    *("load_displacement", "time", "run_time", "limit_deflection", "environment", *STUDIED),
 )
 """Results that the status reads."""
 

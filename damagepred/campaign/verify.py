@@ -64,9 +64,7 @@ def verify(path: str | Path, samples: int = 0, on_plan: Callable[[str], None] | 
             _check_file(target)
         result.files = 1
         return result
-    folder = StudyFolder(target)
-    if not (folder.exists or folder.design_file.is_file()):
-        raise InputError(f"{path}: is no study folder (it has neither study.toml nor design.nc).")
+    folder = _study_folder(target)
     ds = _check_folder(folder, result)
     if ds is not None:
         solved = np.flatnonzero(np.isin(ds["status"].values, SOLVED))
@@ -82,6 +80,13 @@ def verify(path: str | Path, samples: int = 0, on_plan: Callable[[str], None] | 
             if not comparison.startswith(BIT_FOR_BIT):
                 result.differing.append(f"sample {sample} solved again {comparison}")
     return result
+
+
+def _study_folder(path: str | Path) -> StudyFolder:
+    folder = StudyFolder(path)
+    if not (folder.exists or folder.design_file.is_file()):
+        raise InputError(f"{path}: is no study folder (it has neither study.toml nor design.nc).")
+    return folder
 
 
 def _check_file(file: Path) -> xr.Dataset:
@@ -143,9 +148,7 @@ def _compare(whole: xr.Dataset, parts: xr.Dataset, file: Path) -> None:
 
 def repair(path: str | Path) -> list[str]:
     """Rebuild derived files of a study folder and set damaged files aside; return the repairs, one sentence each."""
-    folder = StudyFolder(path)
-    if not (folder.exists or folder.design_file.is_file()):
-        raise InputError(f"{path}: is no study folder (it has neither study.toml nor design.nc).")
+    folder = _study_folder(path)
     lock = folder.lock()
     try:
         folder.tidy()

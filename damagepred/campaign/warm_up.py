@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import replace
+from typing import Any
 
 from damagepred.assembly import NO_LIMITS
 from damagepred.errors import SolverError
@@ -28,24 +29,18 @@ def warm_up(scene: Scene, rare: bool = True) -> None:
     """Compile the kernels for a scene, so that workers only load them; ``rare``: also kernels few walls need."""
     if isinstance(scene, House):
         scene = scene.scenes[0]
+    left_out: dict[str, Any] = dict.fromkeys(("opening", "support", "load", "soil_layer"), ())
+    left_out |= dict.fromkeys(("loading", "suction", "strain", "creep", "dynamics"))
     # small, with joints that open, slide and break, so that all kernels are compiled
     small = replace(
         scene,
         wall=replace(scene.wall, length=1.44, height=0.6, top=(), block_length=0.24, block_height=0.075),
-        opening=(),
         control_joint=tuple(replace(joint, x=0.72) for joint in scene.control_joint[:1]),
         dpc=replace(scene.dpc, course=1) if scene.dpc else None,
         movement=Movement(kind="dishing", central_deflection=20e-3, increments=1),
         loads=Loads(),
-        support=(),
-        load=(),
-        loading=None,
-        soil_layer=(),
-        suction=None,
-        strain=None,
-        creep=None,
         solver=replace(scene.solver, footing="deformable" if scene.footing_model == "deformable" else None),
-        dynamics=None,
+        **left_out,
     )
     runs, quasi_static = [], scene.solver.method == "quasi_static"
     if rare or not quasi_static:  # a wall that collapses moves by the explicit scheme, whatever the solver

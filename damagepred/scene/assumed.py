@@ -54,9 +54,8 @@ def ground_cautions(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
             f"suction.climate_zone = {zone}"
         )
     given = {*(scene.given or ()), *sampled}
-    swapped = {
-        f"mound.{key}" for key in mound.read_keys(replace(movement, kind=movement.other))
-    }  # given for both kinds
+    # given for both kinds
+    swapped = {f"mound.{key}" for key in mound.read_keys(replace(movement, kind=movement.other))}
     if f"soil.{soil.stiffness_key(movement.kind)}" in given:
         swapped.add(f"soil.{soil.stiffness_key(movement.other)}")
     if idle := sorted(scene.unread() & given - (swapped if movement.shape == "mound" else set())):
@@ -88,13 +87,9 @@ def assumed_seasons(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
     seasons = scene.movement.seasons
     if seasons is None:
         return []
-    mean = (
-        {"swing_share": f"{seasons.swing_share:g} y_s"}
-        if scene.soil_layer
-        else {"swing": f"{1e3 * seasons.swing:g} mm"}
-    )
+    key, unit = ("swing_share", "y_s") if scene.soil_layer else ("swing", "mm")
     words = {
-        **{key: f"a mean swing of {value}" for key, value in mean.items()},
+        key: f"a mean swing of {seasons.swing_share if scene.soil_layer else 1e3 * seasons.swing:g} {unit}",
         "swing_cov": f"a coefficient of variation of the swing of {seasons.swing_cov:g}",
         "correlation": f"a correlation of {seasons.correlation:g} with the year before",
         "trend": "no trend",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,11 +11,7 @@ from damagepred.arrays import FloatArray
 
 
 def three_loads(xi: FloatArray) -> FloatArray:
-    """Simply supported elastic beam under equal loads at the quarter points, 1 at mid-span; ``xi``: position.
-
-    s = (384/19) [5 xi/32 - xi^3/4 + <xi - 1/4>^3/6] for xi <= 1/2, symmetric; the quarter points are at 27/38
-    (Euler-Bernoulli).
-    """
+    """Simply supported elastic beam (Euler-Bernoulli) under equal loads at the quarter points, 1 at mid-span."""
     near = np.minimum(xi, 1.0 - xi)
     return (384.0 / 19.0) * (5.0 * near / 32.0 - near**3 / 4.0 + np.maximum(near - 0.25, 0.0) ** 3 / 6.0)
 
@@ -38,11 +35,17 @@ def through_points(table: Sequence[Sequence[float]], xi: FloatArray) -> FloatArr
     return np.asarray(PchipInterpolator(position, fraction)(xi), dtype=np.float64)
 
 
-def bell(away: FloatArray, reach: float) -> FloatArray:
-    """Wet patch about a leaking pipe: (1 + cos(pi d / reach)) / 2, level in the middle and at its rim.
+def require_positions(name: str, points: Sequence[Sequence[float]], least: int) -> None:
+    """Check the positions of a table of points, from one end of the wall to the other (ValueError)."""
+    if len(points) < least:
+        raise ValueError(f"{name}: needs at least {least} points [position, fraction], from position 0 to 1")
+    position = [p for p, _ in points]
+    if position[0] != 0 or position[-1] != 1 or any(b <= a for a, b in itertools.pairwise(position)):
+        raise ValueError(f"{name}: positions must rise from 0 to 1 (fractions of the wall's length)")
 
-    The form is this project's choice.
-    """
+
+def bell(away: FloatArray, reach: float) -> FloatArray:
+    """Wet patch about a leaking pipe: (1 + cos(pi d / reach)) / 2, level in the middle and at its rim (own choice)."""
     return 0.5 * (1.0 + np.cos(np.pi * np.minimum(np.abs(away) / reach, 1.0)))
 
 

@@ -20,17 +20,7 @@ OPTIONAL = {
 
 
 class MaterialValue(NamedTuple):
-    """Value of a material.
-
-    Attributes
-    ----------
-    mean : float
-        Value in SI units.
-    cov : float or None
-        Coefficient of variation, or None.
-    confidence, cov_confidence : str
-        Levels of confidence of both.
-    """
+    """Value of a material (SI) and its coefficient of variation, with the levels of confidence of both."""
 
     mean: float
     cov: float | None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import replace
 from typing import Literal
 
@@ -12,7 +11,7 @@ from pydantic import Field, model_validator
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import LOCAL
 from damagepred.scene.described import described
-from damagepred.scene.footing_profile import bell, gaussian, through_points
+from damagepred.scene.footing_profile import bell, gaussian, require_positions, through_points
 from damagepred.scene.movement import Movement
 from damagepred.scene.movement_stage import UP, Kind
 from damagepred.scene.quantity import Length, Pure
@@ -124,11 +123,7 @@ class Mound:
             if self.table:
                 raise ValueError(f"table: only read with shape = 'table'; here shape = '{self.shape}'")
             return self
-        position = [p for p, _ in self.table]
-        if len(position) < 2:
-            raise ValueError("table: needs at least 2 points [position, fraction], from position 0 to 1")
-        if position[0] != 0 or position[-1] != 1 or any(b <= a for a, b in itertools.pairwise(position)):
-            raise ValueError("table: positions must rise from 0 to 1 (fractions of the wall's length)")
+        require_positions("table", self.table, 2)
         return self
 
     def largest(self, kind: Kind) -> float:
@@ -250,11 +245,8 @@ class Mound:
         return min(edge, length / 2.0)
 
     def mound_exponent(self, length: float) -> float:
-        """Exponent m of the Mitchell mound under a wall of ``length`` (m): 1.5 L / (H_s - D_e), AS 2870-2011 (assumed).
-
-        Below 1, for short walls on deep clay, the mound has a cusp in the middle.
-        """
-        if self.exponent is not None:
+        """Exponent m of the Mitchell mound under a wall of some length (m): 1.5 L / (H_s - D_e), AS 2870 (assumed)."""
+        if self.exponent is not None:  # below 1, for short walls on deep clay, the mound has a cusp in the middle
             return self.exponent
         return self.exponent_factor * length / (self.suction_depth - self.embedment)
 

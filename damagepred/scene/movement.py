@@ -15,7 +15,7 @@ from pydantic_core import ArgsKwargs
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, require_count
 from damagepred.scene.described import described
-from damagepred.scene.footing_profile import arc, three_loads, through_points
+from damagepred.scene.footing_profile import arc, require_positions, three_loads, through_points
 from damagepred.scene.movement_stage import OPPOSITE, UP, History, Kind, Stage, largest_size, sizes
 from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.scene.seasons import Seasons
@@ -256,13 +256,8 @@ class Movement:
                 raise ValueError(f"table: only read with shape = 'table'; here shape = '{self.shape}'")
             return self
         for name, points, least in (("table", self.table, 3 - self.settles), ("horizontal", self.horizontal, 2)):
-            if name == "horizontal" and not points:
-                continue
-            if len(points) < least:
-                raise ValueError(f"{name}: needs at least {least} points [position, fraction], from position 0 to 1")
-            at = [p for p, _ in points]
-            if at[0] != 0 or at[-1] != 1 or any(b <= a for a, b in itertools.pairwise(at)):
-                raise ValueError(f"{name}: positions must rise from 0 to 1 (fractions of the wall's length)")
+            if points or name == "table":
+                require_positions(name, points, least)
         if self.settles:
             if abs(self._table_size) <= ZERO * np.abs(self.table).max():
                 raise ValueError(
@@ -451,11 +446,10 @@ class Movement:
         if self.shape == "table":
             return through_points(self._surveyed, xi) / self._table_size
         form = settlement_form(self, xi * length, length)
-        return form if self.settlement_is in (None, "largest") else form / self._form_size(length)
-
-    def _form_size(self, length: float) -> float:
+        if self.settlement_is in (None, "largest"):
+            return form
         x = np.linspace(0.0, length, POINTS)
-        return abs(signed_size(settlement_form(self, x, length), x, self.settlement_is))
+        return form / abs(signed_size(settlement_form(self, x, length), x, self.settlement_is))
 
     @property
     def _surveyed(self) -> tuple[tuple[float, float], ...]:

@@ -159,11 +159,7 @@ class NumberTable:
 
 
 def read_number_table(path: str | Path, columns: int | None = None, header: bool = True) -> NumberTable:
-    """Table of a CSV file in UTF-8 (commas, semicolons, tabs or spaces) or of an xlsx workbook with one sheet.
-
-    Lines that begin with # are comments; decimal commas need semicolons or tabs. ``columns`` is the required number
-    of columns; without ``header`` the first line may omit names. Errors name the line.
-    """
+    """Table of a CSV file or an xlsx workbook with a due number of columns; without ``header`` they may lack names."""
     import pandas as pd
 
     path = Path(path)

@@ -83,13 +83,7 @@ class PlanWall(Wall):
         return (np.array(self.end) - np.array(self.start)) / self.length
 
     def points(self, x: FloatArray) -> FloatArray:
-        """Plan coordinates (..., 2) of distances from the start (m).
-
-        Parameters
-        ----------
-        x : array of float
-            Distances along the wall (m).
-        """
+        """Plan coordinates (..., 2) of points at distances from the start (m)."""
         return np.array(self.start) + np.asarray(x)[..., None] * self.direction
 
 

@@ -51,11 +51,7 @@ def is_number(text: str) -> bool:
 
 
 def to_si(value: Any, unit: str) -> float:
-    """Number in SI: a number is SI, a string may have a unit of the right dimension; otherwise ValueError.
-
-    Examples of strings are ``"0.453 MPa"``, ``"82 N/mm3"``, ``"8 mm"`` or, for a pure number (unit ``"1"``), ``"30
-    %"``.
-    """
+    """Number in SI: a number is SI, a string may have a unit of the right dimension ("8 mm"); otherwise ValueError."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"expected a number{_of(unit)} or a string with a unit")
     try:

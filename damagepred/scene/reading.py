@@ -13,6 +13,13 @@ from damagepred.scene.material_library import with_removals
 from damagepred.scene.quantity import Quantity
 
 T = TypeVar("T")
+BOUNDS = {
+    "greater_than": ("gt", "greater than"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "less than"),
+    "less_than_equal": ("le", "at most"),
+}
+"""Key of the bound in pydantic's errors, and its words."""
 
 
 def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
@@ -60,30 +67,23 @@ def _line(kind: type, problem: Any) -> str:
     key = _place(location)
     match problem["type"]:
         case "unexpected_keyword_argument" | "unexpected_positional_argument":
-            allowed = _field_names(kind, location[:-1])
+            holder = _inner(_follow(kind, location[:-1]))
+            allowed = [] if holder is None else [field.name for field in dataclasses.fields(holder)]
             takes = f"; {_place(location[:-1]) or 'the top level'} takes {', '.join(allowed)}." if allowed else "."
             return f"unknown key {key}{takes}" + nearest(location[-1], allowed)
         case "missing" | "missing_keyword_only_argument":
             return f"{key}: is missing; give it a value."
-        case "greater_than":
-            return f"{key} = {shown(value)}: must be greater than {limits['gt']:g}{_unit(kind, location)}."
-        case "greater_than_equal":
-            return f"{key} = {shown(value)}: must be at least {limits['ge']:g}{_unit(kind, location)}."
-        case "less_than":
-            return f"{key} = {shown(value)}: must be less than {limits['lt']:g}{_unit(kind, location)}." + likely_unit(
-                value, limits["lt"], unit_of(kind, location)
-            )
-        case "less_than_equal":
-            return f"{key} = {shown(value)}: must be at most {limits['le']:g}{_unit(kind, location)}." + likely_unit(
-                value, limits["le"], unit_of(kind, location)
-            )
+        case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
+            limit, words = BOUNDS[problem["type"]]
+            bound, unit = limits[limit], unit_of(kind, location)
+            text = f"{bound:g}" + ("" if unit == "1" else f" {unit.replace('**', '')}")
+            hint = likely_unit(value, bound, unit) if limit.startswith("l") else ""
+            return f"{key} = {shown(value)}: must be {words} {text}.{hint}"
         case "finite_number":
             return f"{key} = {shown(value)}: must be a finite number."
         case "literal_error":
-            hint = nearest(
-                str(value), [word.strip(" '") for word in limits["expected"].replace(" or ", ",").split(",")]
-            )
-            return f"{key} = {shown(value)}: must be {limits['expected']}.{hint}"
+            allowed = [word.strip(" '") for word in limits["expected"].replace(" or ", ",").split(",")]
+            return f"{key} = {shown(value)}: must be {limits['expected']}.{nearest(str(value), allowed)}"
         case "dataclass_type" | "dataclass_exact_type" if location and location[-1].isdigit():
             return f"{key} = {shown(value)}: must be a table that starts with [[{'.'.join(location[:-1])}]]."
         case "dataclass_type" | "dataclass_exact_type" | "dict_type":
@@ -142,16 +142,6 @@ def _follow(kind: Any, location: list[str]) -> Any:
             return None
         kind = field.annotation if not field.metadata else (field.annotation, field.metadata)
     return kind
-
-
-def _field_names(kind: Any, location: list[str]) -> list[str]:
-    holder = _inner(_follow(kind, location))
-    return [f.name for f in dataclasses.fields(holder)] if holder is not None else []
-
-
-def _unit(kind: Any, location: list[str]) -> str:
-    unit = unit_of(kind, location)
-    return "" if unit == "1" else f" {unit.replace('**', '')}"
 
 
 def unit_of(kind: Any, location: list[str]) -> str:

@@ -20,6 +20,7 @@ from damagepred.enumerations import LOCAL
 from damagepred.errors import InputError, likely_unit, nearest
 from damagepred.inputs.input_files import parse_toml, read_toml
 from damagepred.inputs.text import check_title
+from damagepred.scene import reading
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
 from damagepred.scene.input_tables import profiles_in_metres, with_input_tables, with_roof_in_all
@@ -227,14 +228,12 @@ class Scene:
         level = self.dpc.course * self.wall.block_height
         for number, hole in enumerate(self.opening, start=1):
             if hole.kind == "window" and hole.y + 0.5 * self.wall.block_height < level < hole.top:
-                courses = (
-                    floor(hole.y / self.wall.block_height + 1e-9),
-                    ceil(hole.top / self.wall.block_height - 1e-9),
-                )
+                below = floor(hole.y / self.wall.block_height + 1e-9)
+                above = ceil(hole.top / self.wall.block_height - 1e-9)
                 raise ValueError(
                     f"dpc.course = {self.dpc.course}: the dpc would lie {level:g} m up, in opening {number} (window), "
-                    f"which reaches from {hole.y:g} to {hole.top:g} m; take {courses[0]}, below the window, or "
-                    f"{courses[1]}, above a basement window"
+                    f"which reaches from {hole.y:g} to {hole.top:g} m; take {below}, below the window, or "
+                    f"{above}, above a basement window"
                 )
 
     def _control_joints_fit(self) -> None:
@@ -435,17 +434,9 @@ class Scene:
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Scene:
-        """Read a scene file.
+        """Read a scene file (TOML): numbers are SI, strings may carry a unit.
 
-        Parameters
-        ----------
-        path : str or Path
-            TOML file; numbers are SI, strings may carry a unit.
-
-        Raises
-        ------
-        InputError
-            If the file is missing or unreadable, or a key or value is not acceptable.
+        Raises InputError if the file is missing or unreadable, or a key or value is not acceptable.
         """
         tables = read_toml(path)
         if not tables:
@@ -500,15 +491,13 @@ class Scene:
         InputError
             If a key or value is not acceptable, contradicts another, or is physically impossible.
         """
-        from damagepred.scene.reading import build
-
         if isinstance(tables, Mapping) and isinstance(tables.get("wall"), list | tuple):
             from damagepred.scene.house import House, house_tables
 
             cls, tables = House, house_tables(tables)
         else:
             tables = with_roof_in_all(tables)
-        scene = build(cls, tables, source)
+        scene = reading.build(cls, tables, source)
         scene._require_consistent(tables, source)
         return scene
 
@@ -530,13 +519,7 @@ class Scene:
                 )
 
     def require_own_length(self, where: str) -> None:
-        """Refuse another length of the wall, which would stretch a profile in metres.
-
-        Parameters
-        ----------
-        where : str
-            Place of the other length, for the message.
-        """
+        """Refuse another length of the wall, which would stretch a profile in metres; ``where``: for the message."""
         if self.in_metres:
             raise InputError(
                 f"{where}: wall.length must stay as it is, because {self.in_metres[0]} has positions in metres, which "
@@ -545,9 +528,7 @@ class Scene:
 
     def to_dict(self) -> dict[str, Any]:
         """Nested dicts of plain values in SI, without None and empty values."""
-        from damagepred.scene.reading import plain
-
-        return plain(self)
+        return reading.plain(self)
 
     def to_toml(self, path: str | Path | None = None) -> str:
         """Scene as TOML, complete with defaults; also written to ``path`` if given."""
@@ -561,17 +542,14 @@ class Scene:
     @classmethod
     def takes_number(cls, place: str) -> bool:
         """Whether a key of a scene can be a real number, such as an optional one."""
-        from damagepred.scene.reading import takes_number
-
-        return takes_number(cls._with_key(place), place.split("."))
+        return reading.takes_number(cls._with_key(place), place.split("."))
 
     @classmethod
     def _with_key(cls, place: str) -> type[Scene]:
         """Class whose tables have a key: a house for a place in a named wall or a corner."""
         from damagepred.scene.house import House
-        from damagepred.scene.reading import takes_number
 
-        return next((kind for kind in (House, Scene) if takes_number(kind, place.split("."))), cls)
+        return next((kind for kind in (House, Scene) if reading.takes_number(kind, place.split("."))), cls)
 
     def free_tables(self) -> dict[str, Any]:
         """``to_dict`` without the numbers determined by a soil log or seasons."""
@@ -627,25 +605,13 @@ class Scene:
     @cache
     def unit_of(cls, place: str) -> str:
         """SI unit of a number by its key, ``"1"`` for a pure number."""
-        from damagepred.scene.reading import unit_of
-
-        return unit_of(cls._with_key(place), place.split("."))
+        return reading.unit_of(cls._with_key(place), place.split("."))
 
     def with_values(self, values: Mapping[str, float]) -> Scene:
-        """Copy with other numbers.
+        """Copy with other numbers: SI values by key, such as ``"joint.tensile_strength"`` or ``"opening.1.width"``.
 
-        Parameters
-        ----------
-        values : mapping of str to float
-            Key, such as ``"joint.tensile_strength"`` or ``"opening.1.width"``, and SI value.
-
-        Raises
-        ------
-        InputError
-            If a key does not exist or a value is not acceptable.
+        Raises InputError if a key does not exist or a value is not acceptable.
         """
-        from damagepred.scene.reading import build
-
         values = {self.place(path): value for path, value in values.items()}
         tables = self.free_tables()
         for path, value in values.items():
@@ -658,7 +624,7 @@ class Scene:
             table, key = full.split(".")
             for stage in tables["movement"]["stage"]:
                 stage[key] = float(values[full]) * (stage[key] / getattr(getattr(self, table), key))
-        scene = build(type(self), tables, source="sampled scene")
+        scene = reading.build(type(self), tables, source="sampled scene")
         object.__setattr__(scene, "given", self.given)
         return scene
 
@@ -704,9 +670,8 @@ def archived_scene(attributes: Mapping[str, Any], source: str = "the dataset's s
 def unchecked_scene(tables: Mapping[str, Any], source: str) -> Scene:
     """Scene or house of its complete tables in SI, without checks of plausibility."""
     from damagepred.scene.house import House
-    from damagepred.scene.reading import build
 
-    return build(House if isinstance(tables.get("wall"), list) else Scene, tables, source)
+    return reading.build(House if isinstance(tables.get("wall"), list) else Scene, tables, source)
 
 
 def step_names(items: Sequence[Any]) -> list[str]:

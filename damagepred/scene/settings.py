@@ -340,6 +340,10 @@ class Damage:
         if bool(values) != (self.function is not None):
             raise ValueError("function: goes with value in [[damage.state]]; give both, or neither of them")
         if not self.state:
+            if self.plasterboard and self.table != "as2870":
+                raise ValueError(
+                    f"plasterboard = true: table '{self.table}' has no such allowance; use table = 'as2870'"
+                )
             return self
         if not 2 <= len(self.state) <= MOST_STATES:
             raise ValueError(f"state: there are {len(self.state)}; give 2 to {MOST_STATES}, the undamaged wall first")
@@ -359,12 +363,6 @@ class Damage:
                     raise ValueError(
                         f"state: {measure} = {limit:g} of '{higher}' must be greater than {before:g} of '{lower}'"
                     )
-        return self
-
-    @model_validator(mode="after")
-    def _allowance_exists(self) -> Damage:
-        if self.plasterboard and self.table != "as2870":
-            raise ValueError(f"plasterboard = true: table '{self.table}' has no such allowance; use table = 'as2870'")
         return self
 
 

@@ -92,12 +92,7 @@ def site_classes() -> tuple[SiteClass, ...]:
 
 @checked
 def site_class(surface_movement: float) -> SiteClass:
-    """Class of a site.
-
-    Parameters
-    ----------
-    surface_movement : float
-        Characteristic surface movement y_s (m), not negative.
+    """Class of a site by its characteristic surface movement y_s (m), not negative.
 
     Examples
     --------

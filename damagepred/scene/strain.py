@@ -70,12 +70,7 @@ class Strain:
         return self.growth + self.thermal_expansion * self.temperature_change
 
     def over(self, time: FloatArray) -> FloatArray:
-        """Strain at the times of a history (1); 0 at time 0.
-
-        Parameters
-        ----------
-        time : array of float
-            Years since the dead load, from 0 to the end of the history.
+        """Strain (1) at the times of a history (years since the dead load, to its end); 0 at time 0.
 
         Examples
         --------

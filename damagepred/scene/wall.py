@@ -13,6 +13,7 @@ from damagepred.arrays import FloatArray
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Length
 
+ROUNDING = 1e-9  # distance (m) up to which two edges touch
 EDGE_TOLERANCE = 0.05  # tolerance between edges on the same joint, as a share of a half brick or of a course
 THINNEST = 0.9
 """Least pier over half a brick with its joint, and least strip over a course: a brick alone is thinner by the joint."""
@@ -76,13 +77,7 @@ class Wall:
         return math.ceil(self.length / self.block_length) * math.ceil(self.height / self.block_height)
 
     def top_at(self, x: FloatArray) -> FloatArray:
-        """Height of the top at places along the wall (m).
-
-        Parameters
-        ----------
-        x : array of float
-            Distance from the left end (m).
-        """
+        """Height of the top (m) at distances from the left end (m)."""
         return np.interp(x, *np.array(self.top).T) if self.top else np.full(np.shape(x), self.height)
 
     def lowest_top(self, start: float, end: float) -> float:
@@ -189,22 +184,10 @@ class Opening:
         """Head (m)."""
         return self.y + self.height
 
-    def overlaps(self, other: Opening, margin: float = 1e-9) -> bool:
-        """Whether the two holes share area, or touch within ``margin`` (m).
-
-        Parameters
-        ----------
-        other : Opening
-            Another hole.
-        margin : float
-            Distance (m) that counts as touching.
-        """
-        return (
-            self.x < other.right + margin
-            and other.x < self.right + margin
-            and self.y < other.top + margin
-            and other.y < self.top + margin
-        )
+    def overlaps(self, other: Opening) -> bool:
+        """Whether the two holes share area or touch."""
+        along = max(self.x, other.x) < min(self.right, other.right) + ROUNDING
+        return along and max(self.y, other.y) < min(self.top, other.top) + ROUNDING
 
 
 def thin_strips(wall: Wall, openings: Sequence[Opening]) -> Iterator[str]:

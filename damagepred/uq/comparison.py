@@ -115,7 +115,9 @@ def compare(
         paired[:] = [len(np.intersect1d(walls[0].sample, each.sample)) if s else 0 for each, s in zip(walls, same)]
     for end in ("", "_lower", "_upper"):
         values[f"difference{end}"][0] = 0.0
-    dims = ("study", "category", "movement")
+    dims, flags = ("study", "category", "movement"), reference["damage_category"].attrs
+    points = [exceedance.own_movements(reference, measure) if each.own else each.points for each in wanted]
+    middles = [float(np.mean(movements)) for movements in points]
     words = {
         "probability": "probability of the category or worse",
         "difference": "change of that probability against the first study",
@@ -128,15 +130,12 @@ def compare(
         },
         {
             "study": names,
-            "category": ("category", chosen, _category_names(reference)),
-            "movement": (
-                "movement",
-                [
-                    float(np.mean(exceedance.own_movements(reference, measure) if each.own else each.points))
-                    for each in wanted
-                ],
-                attributes(reference, measure) | {"measure": measure},
+            "category": (
+                "category",
+                chosen,
+                {key: flags[key] for key in ("flag_values", "flag_meanings") if key in flags},
             ),
+            "movement": ("movement", middles, attributes(reference, measure) | {"measure": measure}),
             "movement_name": ("movement", [movement.name for movement in wanted]),
         },
         {"confidence": confidence, "reference": names[0], "damage_table": _table(reference)},
@@ -153,11 +152,6 @@ def _table(ds: xr.Dataset) -> str:
     """Rules of judgement of a study: damage table, measure, and whether gaps under the footing count."""
     rules = {"damage_table": "{}", "damage_measure": "crack width of a {}", "count_footing_gap": "footing gaps: {}"}
     return ", ".join(text.format(ds.attrs[key]) for key, text in rules.items() if key in ds.attrs)
-
-
-def _category_names(ds: xr.Dataset) -> dict[str, str]:
-    kept = ("flag_values", "flag_meanings")
-    return {key: ds["damage_category"].attrs[key] for key in kept if key in ds["damage_category"].attrs}
 
 
 def _increments(ds: xr.Dataset, measure: str) -> FloatArray:
@@ -192,10 +186,8 @@ class _Answer(NamedTuple):
     @classmethod
     def of(cls, walls: exceedance.CategoryCapacities, at: MovementDistribution, confidence: float) -> _Answer:
         """Estimate the probability; the contributions add up to 0, and their squares to the error's square."""
-        estimate, values = (
-            exceedance.estimate_exceedance(walls, at, confidence).estimate,
-            exceedance.pseudo_values(walls, at),
-        )
+        estimate = exceedance.estimate_exceedance(walls, at, confidence).estimate
+        values = exceedance.pseudo_values(walls, at)
         each = values.hit if walls.weight is None else values.hit * walls.weight
         contribution = (each - each.mean()) / len(each) if len(each) else each
         return cls(estimate, walls.sample, contribution, walls.replicate, values.precision)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -190,25 +190,16 @@ def stated_correlation(field: JointField, places: JointPlaces, here: IntArray) -
     return correlation
 
 
-def _to_normals(name: str, marginal: Marginal) -> _ToNormals:
+def _to_normals(name: str, marginal: Marginal) -> Any:
+    """Correlation of the normals behind a variable by its correlation with itself elsewhere (Nataf), interpolated."""
+    rho = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 513))  # dense near 1, where steps make the curve steep
     try:
-        return _ToNormals(marginal)
+        reached = NatafCurve(marginal, marginal)(rho)
     except ValueError as error:
         raise InputError(f'[variables."{name}"] field: {error}.') from None
-
-
-class _ToNormals:
-    """Correlation of the normals behind a variable for its correlation with itself elsewhere (Nataf)."""
-
-    def __init__(self, marginal: Marginal) -> None:
-        rho = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 513))  # dense near 1, where steps make the curve steep
-        reached = NatafCurve(marginal, marginal)(rho)
-        reached[0], reached[-1] = 0.0, 1.0
-        keep = np.append(True, np.diff(np.maximum.accumulate(reached)) > 0)
-        self._curve = scipy.interpolate.PchipInterpolator(reached[keep], rho[keep])
-
-    def __call__(self, correlation: FloatArray) -> FloatArray:
-        return np.asarray(self._curve(correlation))
+    reached[0], reached[-1] = 0.0, 1.0
+    keep = np.append(True, np.diff(np.maximum.accumulate(reached)) > 0)
+    return scipy.interpolate.PchipInterpolator(reached[keep], rho[keep])
 
 
 def _cholesky(matrix: FloatArray, tolerance: float) -> FloatArray:

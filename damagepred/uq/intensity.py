@@ -15,20 +15,9 @@ from damagepred.enumerations import LOCAL
 from damagepred.errors import InputError, nearest
 
 MEASURES = (
-    "surface_movement",
-    "differential_movement",
-    "central_deflection",
-    "deflection_ratio",
-    "settlement",
-    "differential_settlement",
-    "angular_distortion",
-    "ground_tilt",
-    "horizontal_strain",
-    "curvature",
-    "footing_curvature",
-    "load_displacement",
-    "time",
-    "strain",
+    *("surface_movement", "differential_movement", "central_deflection", "deflection_ratio", "settlement"),
+    *("differential_settlement", "angular_distortion", "ground_tilt", "horizontal_strain", "curvature"),
+    *("footing_curvature", "load_displacement", "time", "strain"),
 )
 """Intensity measures:
 

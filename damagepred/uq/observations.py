@@ -175,15 +175,14 @@ class MonitorSeries:
         common = {key: getattr(self, key) for key in ("wall", "x", "y", "within", "direction", "part", "error")}
         if self.change:
             common["since"] = self.date[0]
-            rows = zip(self.date[1:], self.change[1:])
-            return [build(CrackObservation, {**common, "date": d, "change": c}, where) for d, c in rows]
         if shut := [value for value in self.width if not value > 0]:
             raise InputError(
                 f"{where}: width = {shut[0]:g}: must be greater than 0; give a closed crack as a [[crack]] with "
                 "none = true, or the changes since the first day as `change`."
             )
-        rows = zip(self.date, self.width)
-        return [build(CrackObservation, {**common, "date": d, "width": w}, where) for d, w in rows]
+        key, first = ("change", 1) if self.change else ("width", 0)
+        rows = ({**common, "date": day, key: value} for day, value in zip(self.date[first:], read[first:]))
+        return [build(CrackObservation, row, where) for row in rows]
 
 
 @described
@@ -480,10 +479,8 @@ class Observations:
                         read_survey(_KINDS[name], name, entry, path.parent, dated) if from_file else [entry]
                         for entry, from_file in zip(entries, filed)
                     ]
-                    tables[name] = list(itertools.chain(*read))
-                    dated |= any(
-                        one.get("date") if isinstance(one, dict) else getattr(one, "date", None) for one in tables[name]
-                    )
+                    tables[name] = items = list(itertools.chain(*read))
+                    dated |= any(i.get("date") if isinstance(i, dict) else getattr(i, "date", None) for i in items)
             if until and isinstance(tables.setdefault("history", {}), dict):
                 tables["history"]["until"] = list(until)
             return build(cls, tables, str(path))

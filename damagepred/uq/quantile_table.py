@@ -88,10 +88,8 @@ def _table(marginal: Marginal) -> tuple[FloatArray, FloatArray]:
         done_left.append(remaining[settled])
         done_right.append(right[settled])
         done.append(powers[:, settled])
-        remaining, right = (
-            np.append(remaining[~settled], middle[~settled]),
-            np.append(middle[~settled], right[~settled]),
-        )
+        left, middle, right = (ends[~settled] for ends in (remaining, middle, right))
+        remaining, right = np.append(left, middle), np.append(middle, right)
     order = np.argsort(np.concatenate(done_left))
     return (
         np.append(np.concatenate(done_left)[order], np.concatenate(done_right)[order[-1]]),

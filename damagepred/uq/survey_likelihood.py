@@ -88,19 +88,18 @@ class CrackPrediction:
 
 def series_fit(series: Sequence[Reading], predicted: Sequence[CrackPrediction], model: Any) -> Fit:
     """Fit of the readings of one quantity; ``model``: discrepancy, or the terms of several (``stacked``)."""
-    other = _fit(
-        [_deviations(r, p.any, None if p.before is None else p.before.any, model) for r, p in zip(series, predicted)]
-    )
+
+    def fit(which: str) -> Fit:
+        values = [getattr(p, which) for p in predicted]
+        before = [None if p.before is None else getattr(p.before, which) for p in predicted]
+        return _fit([_deviations(*reading, model) for reading in zip(series, values, before)])
+
+    other = fit("any")
     if all(getattr(reading, "direction", None) is None for reading in series):
         return other
     # a mixture: the model's crack may run otherwise than the real one
     share = model.direction
-    same = _fit(
-        [
-            _deviations(r, p.along, None if p.before is None else p.before.along, model)
-            for r, p in zip(series, predicted)
-        ]
-    )
+    same = fit("along")
     both = np.logaddexp(np.log1p(-share) + same.log_likelihood, np.log(share) + other.log_likelihood)
     return Fit(both, np.minimum(same.misfit, other.misfit - 2.0 * np.log(share)))
 

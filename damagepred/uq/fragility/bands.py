@@ -49,9 +49,8 @@ def sample_posterior(estimator: Estimator, random: np.random.Generator) -> Float
         return np.asarray(-(others + 1.0) * np.log(parameters[:, 0]))
 
     others = len(best) - 1
-    spread = (
-        np.sqrt(max(np.linalg.pinv(-weighted_likelihood(best[None]).hessian[0], hermitian=True)[0, 0], 0.0)) / best[0]
-    )
+    covariance = np.linalg.pinv(-weighted_likelihood(best[None]).hessian[0], hermitian=True)
+    spread = np.sqrt(max(covariance[0, 0], 0.0)) / best[0]
     step = np.clip(8.0 * spread, 4.0, 12.0) / POSTERIOR_POINTS
     upwards, downwards = (
         list(_profile_points(best, direction * step, weighted_likelihood, log_prior)) for direction in (1.0, -1.0)
@@ -253,12 +252,8 @@ def confidence_band(draws: ParameterDraws, row: FloatArray, grid: FloatArray, co
 
 
 def expanded_percentiles(tails: FloatArray, walls: float) -> FloatArray:
-    """Compute the normal quantiles of expanded percentiles of resampled fits (Hesterberg 2015, Am. Stat. 69).
-
-    The standard deviation of resamples of n walls is too small by the root of (n - 1) / n, and its own uncertainty is
-    left out: these give Student's interval of a mean.
-    """
-    n = max(walls, 2.0)
+    """Normal quantiles of expanded percentiles of resampled fits (Hesterberg 2015, Am. Stat. 69)."""
+    n = max(walls, 2.0)  # resamples scatter too little by the root of (n - 1) / n: Student's interval of a mean
     return np.asarray(np.sqrt(n / (n - 1.0)) * special.stdtrit(n - 1.0, tails))
 
 

@@ -34,11 +34,9 @@ def curves_dataset(
 ) -> xr.Dataset:
     """Curves as a dataset: columns on (category,) or (category, intensity), with names, units and origin."""
     measured = attributes(ds, intensity)
+    dims = ("category", "intensity")
     result = xr.Dataset(
-        {
-            key: (("category", "intensity") if value.ndim == 2 else ("category",), value)
-            for key, value in columns.items()
-        },
+        {key: (dims[: value.ndim], value) for key, value in columns.items()},
         coords={
             "category": ("category", np.array(categories, dtype=np.int32), {"long_name": "damage category or worse"}),
             "category_name": ("category", np.array([names[c] if c < len(names) else str(c) for c in categories])),
@@ -97,16 +95,10 @@ def probability_at(curves: xr.Dataset, category: int, movement: float) -> tuple[
     return value, lower, upper
 
 
-_COPIED = [
-    "source",
-    "damagepred_version",
-    "damagepred_commit",
-    "seed",
-    "span",
-    "damage_table",
-    "damage_measure",
-    "count_footing_gap",
-]
+_COPIED = (
+    *("source", "damagepred_version", "damagepred_commit", "seed"),
+    *("span", "damage_table", "damage_measure", "count_footing_gap"),
+)
 """Attributes of a study that its curves have, too."""
 
 

@@ -45,33 +45,17 @@ class FragilityOptions:
 
     def __repr__(self) -> str:
         """Options that differ from the defaults: signatures stay short."""
-        values = ((field.name, getattr(self, field.name), getattr(type(self), field.name)) for field in fields(self))
-        return (
-            f"FragilityOptions({', '.join(f'{name}={value!r}' for name, value, default in values if value != default)})"
-        )
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        others = (f"{name}={value!r}" for name, value in values.items() if value != getattr(type(self), name))
+        return f"FragilityOptions({', '.join(others)})"
 
 
 DEFAULT = FragilityOptions()
 
 RETIRED = (
-    "coarse_start_rows",
-    "criterion_walls",
-    "curve_resamples",
-    "empirical_bounds",
-    "empirical_iterations",
-    "empirical_tolerance",
-    "fewest_common",
-    "fewest_common_walls",
-    "fewest_resampled",
-    "goodness_walls",
-    "largest_count",
-    "largest_dispersion",
-    "likelihood_rows",
-    "median_resamples",
-    "posterior_drop",
-    "posterior_points",
-    "profile_directions",
-    "smallest_dispersion",
-    "stored_draws",
+    *("coarse_start_rows", "criterion_walls", "curve_resamples", "empirical_bounds", "empirical_iterations"),
+    *("empirical_tolerance", "fewest_common", "fewest_common_walls", "fewest_resampled", "goodness_walls"),
+    *("largest_count", "largest_dispersion", "likelihood_rows", "median_resamples", "posterior_drop"),
+    *("posterior_points", "profile_directions", "smallest_dispersion", "stored_draws"),
 )
 """Options of older files that have no effect any more: constants now, or of bands that are gone."""

@@ -110,11 +110,7 @@ def fit_surface(
         np.vstack((capacities.upper[:, finite], z[finite])),
         walls.weight[finite],
     )
-    grid_z = (
-        np.geomspace(z[finite].min(), z[finite].max(), points[1])
-        if logarithmic
-        else (np.linspace(z[finite].min(), z[finite].max(), points[1]))
-    )
+    grid_z = (np.geomspace if logarithmic else np.linspace)(z[finite].min(), z[finite].max(), points[1])
     grid = np.linspace(0.0, walls.largest, points[0])
     model = _Regression(cells, logarithmic, options)
     columns, attrs = _fitted(model, grid, grid_z, confidence, bootstrap, generator(seed, Stream.BOOTSTRAP, category))
