@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -51,23 +51,12 @@ def study_for_limit_state(settings: StudySettings, question: Question) -> StudyS
         for a, row in settings.correlation.items()
         if a != key and (kept := {b: value for b, value in row.items() if b != key})
     }
-    how = replace(
-        settings.study,
-        sampler="random",
-        replicates=1,
-        table=None,
-        table_columns=(),
-        importance={},
-        nominal_share=0.0,
-        stop_when=None,
-        time_budget=None,
-        stop_at_category=question.category,
-        movement="path",
-    )
+    plain: dict[str, Any] = {"sampler": "random", "replicates": 1, "importance": {}, "nominal_share": 0.0}
+    plain |= {"table": None, "table_columns": (), "stop_when": None, "time_budget": None, "movement": "path"}
     return replace(
         settings,
         scene=replace(scene, movement=replace(scene.movement, increments=beyond)),
-        study=how,
+        study=replace(settings.study, stop_at_category=question.category, **plain),
         variables={name: variable for name, variable in settings.variables.items() if name != key},
         correlation=correlation,
     )
@@ -106,20 +95,12 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
             if model.deflection is not None and model.surface_movement is None:
                 moved = max(abs(step.increment.footing.deflection), before)
             verdict = step.verdict
-            widths = rules.widths(
-                verdict.crack_width_max,
-                verdict.crack_band_width_max,
-                verdict.footing_opening_max,
-                scene.dpc is not None,
-            )
+            openings = verdict.crack_width_max, verdict.crack_band_width_max, verdict.footing_opening_max
+            widths = rules.widths(*openings, scene.dpc is not None)
             width = float(widths[rules.measure == "band"])
             if own:
-                judged = dict(zip(("crack_width_max", "crack_band_width_max"), widths))
-                stored = {
-                    **verdict._asdict(),
-                    **judged,
-                    "opening_distortion": distortion(gauges(model).frames, step.increment),
-                }
+                stored = {**verdict._asdict(), **dict(zip(("crack_width_max", "crack_band_width_max"), widths))}
+                stored["opening_distortion"] = distortion(gauges(model).frames, step.increment)
                 width = share_of_limit(rules.table, stored, question.category)
             if verdict.damage_category >= question.category:
                 reached = interpolated_capacity((before, moved), (width_before, width), limit) / question.at - 1.0

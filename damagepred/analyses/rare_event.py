@@ -82,23 +82,15 @@ def rare_event(
     lock = folder.lock()
     try:
         folder.tidy()
-        how = {"samples": samples, "level_share": level_share, "runs": runs}
+        how: dict[str, Any] = {"samples": samples, "level_share": level_share, "runs": runs}
         programs = _prepare(folder, study, question, how, mix_versions)
         design = study.design()
         joints = len(joint_places(study.scene).x) if design.joint else 0
         size = len(design.wall) + len(design.joint) * joints
 
         def simulate(walls: Walls) -> SubsetEstimate:
-            return subset_simulation(
-                walls.margins,
-                size,
-                samples=samples,
-                level_share=level_share,
-                seed=study.study.seed,
-                confidence=confidence,
-                runs=runs,
-                on_level=on_level,
-            )
+            seed = study.study.seed
+            return subset_simulation(walls.margins, size, seed=seed, confidence=confidence, on_level=on_level, **how)
 
         with WorkerPool(folder, study.scene, workers, executor, timeout) as pool:
             walls = Walls(pool, folder.path / WALLS)

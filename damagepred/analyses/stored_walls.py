@@ -325,10 +325,7 @@ class StoredWalls:
     def fits(
         self, seen: Observations, past: Histories, models: Sequence[Any], rows: IntArray, replayed: bool
     ) -> list[Fit]:
-        """Fit of the observations for each discrepancy, on (rows, increments, histories or terms of a discrepancy).
-
-        Local cracks and levels count only if the samples of the rows have been replayed.
-        """
+        """Fit of the observations by discrepancy, on (rows, increments, histories or terms); local ones if replayed."""
         days = seen.dates
         nothing = np.zeros((len(rows), self.movement.shape[1], 1))
         totals = [Fit(nothing, nothing)] * len(models)

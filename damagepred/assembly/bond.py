@@ -44,12 +44,7 @@ BONDS = {
 
 
 def gauge(scene: Scene) -> Grid:
-    """Space half bricks and courses so that ends, jambs, control joints, sills and heads fall on joints.
-
-    Between two neighbouring breakpoints (an end, a jamb, a control joint) lie as many half bricks as fit best, made
-    equal; so a brick differs a little from its nominal size where they do not suit the bond. Likewise the courses.
-    Cut bricks (``wall.fit``) keep their length; see ``_cut_lines``.
-    """
+    """Lines of joints: between two breakpoints (ends, jambs, control joints) the best number of equal half bricks."""
     (along, half), (up, course) = _marks(scene)
     y = _lines(_breakpoints(up, course), course)
     if scene.wall.fit == "cut":

@@ -57,11 +57,7 @@ class ElasticBlocks(NamedTuple):
         return (number >= 0) & (np.abs((self.axis[number] * direction).sum(axis=1)) > np.sqrt(0.5))
 
     def unit_displacements(self, number: IntArray, arm: FloatArray, edge: FloatArray | None = None) -> FloatArray:
-        """Displacement x, y of points (p, 2, 2) per unit strain (m) and unit curvature (m2).
-
-        The arm (m) counts from the centroid. With an edge (p, 2), the mean along the edge whose middle is the
-        point.
-        """
+        """Displacement x, y of points (p, 2, 2), or its mean along an edge, per unit strain (m) and curvature (m2)."""
         axis, across = self.axis[number], np.column_stack((-self.axis[number, 1], self.axis[number, 0]))
         x, y = (arm * axis).sum(axis=1), (arm * across).sum(axis=1)
         bow_x, bow_y = -(self.length[number] ** 2) / 24.0, -(self.height[number] ** 2) / 24.0
@@ -105,10 +101,7 @@ class ElasticSides(NamedTuple):
 def elastic_blocks(
     polygons: list[FloatArray], elastic: list[bool], poisson_ratio: list[float], left_halves: Collection[int] = ()
 ) -> ElasticBlocks | None:
-    """Elastic blocks: the rectangles among the chosen polygons; None if there are none.
-
-    The right half of a brick follows its left half in the list of polygons.
-    """
+    """Elastic blocks: the rectangles among the chosen polygons, a right half after its left half; None without any."""
     rectangles = [(i, sides) for i, polygon in enumerate(polygons) if elastic[i] and (sides := _rectangle(polygon))]
     if not rectangles:
         return None

@@ -68,10 +68,7 @@ def _cells(scene: Scene) -> int:
 def add_footing(
     assembly: Assembly, footing: Foundation, laid: Sequence[Brick], length: float, unit: float, bricks: Sequence[Brick]
 ) -> IntArray:
-    """Add the blocks of a footing, join them to the bricks, and support them; return them left to right.
-
-    The bricks as laid set the ends of the segments; ``bricks``, whole or in halves, are the blocks, if any.
-    """
+    """Add the blocks of a footing, join them to the bricks (whole or in halves), support them; return them in order."""
     if footing.model == "deformable":
         ends = np.array([0.0, length])
     else:
@@ -121,11 +118,7 @@ def under(ends: FloatArray, x: float) -> IntArray:
 def section_law(
     properties: JointProperties, geometry: Geometry, footing: Footing
 ) -> tuple[JointProperties, Sections | None]:
-    """Law of all interfaces, with the beam's elastic stiffness between segments; sections of reinforced concrete.
-
-    Interfaces of reinforced sections get the stiffness of the uncracked section: the larger of axial and bending
-    modulus.
-    """
+    """Law of all interfaces, with the stiffness of the uncracked beam between segments; sections of concrete."""
     face, blocks = geometry.interfaces, geometry.blocks
     between = np.flatnonzero(face.kind == ContactKind.FOOTING_SECTION)
     if not between.size:

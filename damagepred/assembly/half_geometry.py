@@ -62,11 +62,7 @@ _recent: deque[tuple[Blocks, Interfaces, float, HalfGeometry | None]] = deque(ma
 def half_geometry(
     blocks: Blocks, interfaces: Interfaces, elastic: ElasticBlocks | None, mesh: Mesh | None, rounding: float
 ) -> HalfGeometry | None:
-    """Right half of a geometry; None if it is not its own mirror image, or the axis cuts an interface.
-
-    The rounding (1) is relative to the size of the wall. Blocks are compared by centroid, area, second moment of
-    area and interfaces.
-    """
+    """Right half of a geometry; None if it is not its own mirror image within a rounding over the size of the wall."""
     for *key, geometry in tuple(_recent):  # threads may add to it
         if key[0] is blocks and key[1] is interfaces and key[2] == rounding:
             return geometry

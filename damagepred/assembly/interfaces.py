@@ -196,11 +196,7 @@ def growing_ground(
 
 
 def displacement_by_strain(geometry: Geometry, strain: FloatArray) -> Ground:
-    """Displacement of all interfaces by a strain of each block (n,), as if the ground under them moved.
-
-    A block that grows by e moves a point of its side by e times the distance from its centroid. The free gap
-    between the two sides of a contact adds to its opening, as a movement of the ground does.
-    """
+    """Displacement of all interfaces by a strain of each block (n,) about its centroid, as if the ground moved."""
     face, blocks = geometry.interfaces, geometry.blocks
     e, x, y = (np.append(values, 0.0) for values in (strain, blocks.x, blocks.y))
     tangent = face.normal_y[:, None], -face.normal_x[:, None]

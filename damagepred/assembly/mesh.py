@@ -108,11 +108,7 @@ class Mesh(NamedTuple):
 
 
 def cut_into_zones(polygon: FloatArray, size: float) -> tuple[Pattern, FloatArray]:
-    """Pattern of zones of a convex polygon (counter-clockwise, m), and its gridpoints (g, 2).
-
-    The size is the largest edge of a cell, of four zones (m). In both directions of a quadrilateral the number of
-    cells is even or 1, so that the gridpoints of bricks in running bond meet.
-    """
+    """Pattern of zones of a convex polygon, and its gridpoints (g, 2), by the largest edge of a cell (m)."""
     return _joined_quads(*_division(polygon, size))
 
 
@@ -145,7 +141,7 @@ def _division(polygon: FloatArray, size: float) -> tuple[list[FloatArray], tuple
 
 
 def _cells_along(length: float, size: float) -> int:
-    """Number of cells along an edge (m): 1 or even."""
+    """Number of cells along an edge (m): 1 or even, so that the gridpoints of bricks in running bond meet."""
     cells = int(np.ceil(length / size * (1 - 1e-9)))
     return 1 if cells <= 1 else cells + cells % 2
 
@@ -221,10 +217,7 @@ def _outline(zones: IntArray) -> IntArray:
 
 
 def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
-    """Zones of the deformable blocks, by number -> largest edge of the cells (m); None if all are rigid.
-
-    No facet has pieces yet; see ``Mesh.in_pieces``.
-    """
+    """Zones of the deformable blocks, by number -> largest edge of the cells (m); None if all are rigid."""
     if not sizes:
         return None
     cuts, total, blocks = [], 0, sorted(sizes)
@@ -300,11 +293,7 @@ class HalfMesh(NamedTuple):
 
 
 def half_mesh(mesh: Mesh, axis: float, image: IntArray, number: IntArray, near: float) -> HalfMesh | None:
-    """Right half of a mesh; None if it is not its own mirror image, or has no line along the axis.
-
-    image, number (n,): mirror image of each block, and its number in the half, -1 on the left. Points closer than
-    ``near`` (m) are the same.
-    """
+    """Right half of a mesh, by the image and the number in the half (-1) of each block; None if it has no such half."""
     middle = mesh.x[mesh.zones].mean(axis=1)
     zone_block = mesh.zone_block
     right = (number[zone_block] >= 0) & ((image[zone_block] != zone_block) | (middle > axis))
@@ -375,9 +364,8 @@ def _batches(pattern: IntArray, outlines: list[FloatArray]) -> tuple[IntArray, I
 def default_zone_size(polygon: FloatArray, method: str) -> float:
     """Default size of cells (m) of a block: its width, half of it for the explicit solver.
 
-    At least two cells lie along its longest edge, as one facet has no bending. A brick of 240 x 75 mm gets 8 x 2
-    cells of four zones for the explicit solver, as in the paper, and 4 x 1 for the quasi-static solver, whose work
-    grows with the cube of the gridpoints along the joints of a course.
+    A brick of 240 x 75 mm gets 8 x 2 cells for the explicit solver, as in the paper, and 4 x 1 for the quasi-static
+    solver, whose work grows with the cube of the gridpoints along a course; one facet has no bending.
     """
     corners = polygon - polygon.mean(axis=0)
     edge = np.roll(corners, -1, axis=0) - corners

@@ -54,14 +54,10 @@ def held_too(supports: Supports, holds: list[Hold], mesh: Mesh | None) -> Suppor
                 displacements.update(zip(dof[meant].tolist(), values.tolist()))
     dofs = np.array(sorted(displacements), dtype=np.int64)
     none = np.zeros(len(dofs))
-    return supports._replace(
-        prescribed=np.concatenate((supports.prescribed, dofs)),
-        prescribed_displacement=np.concatenate(
-            (supports.prescribed_displacement, [displacements[d] for d in dofs.tolist()])
-        ),
-        start=np.concatenate((supports.start, none)),
-        after_load=np.concatenate((supports.after_load, none.astype(np.bool_))),
-    )
+    added = {"prescribed": dofs, "prescribed_displacement": np.array([displacements[dof] for dof in dofs.tolist()])}
+    added |= {"start": none, "after_load": none.astype(np.bool_)}
+    columns = {name: np.concatenate((getattr(supports, name), values)) for name, values in added.items()}
+    return supports._replace(**columns)
 
 
 def edge_loads(

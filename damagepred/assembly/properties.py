@@ -23,10 +23,7 @@ def joint_properties(
 ) -> tuple[JointProperties, int]:
     """Law of each interface, and the number of joints whose tensile strength was cut.
 
-    Tension in a Mohr-Coulomb joint cannot exceed the apex of the cone: tensile_strength <= cohesion / friction,
-    also for the residual values. Residual values are at most the intact ones, and the dilation at most the
-    friction, also where they are sampled independently. ``brittle_where_soft`` compares stiffness and fracture
-    energy later, as the stiffness may change.
+    Tension in a Mohr-Coulomb joint cannot exceed the apex of the cone: tensile_strength <= cohesion / friction.
     """
     names = (*JointProperties._fields[:-3], "fracture_energy", "shear_fracture_energy", "strength_factor")
     table = np.array([[_value(m, name) for m in materials] for name in names])
@@ -40,7 +37,7 @@ def joint_properties(
     batch = columns.pop("strength_factor")
     for name in ("tensile_strength", "cohesion", "residual_tensile_strength", "residual_cohesion"):
         columns[name] = columns[name] * batch
-    # sampled independently, a residual value may exceed the intact one
+    # sampled independently, a residual value may exceed the intact one, and the dilation the friction
     for residual, intact in (("residual_tensile_strength", "tensile_strength"), ("residual_cohesion", "cohesion")):
         columns[residual] = np.minimum(columns[residual], columns[intact])
     columns["dilation"] = np.minimum(columns["dilation"], columns["friction"])
@@ -127,12 +124,7 @@ def softened(properties: JointProperties, which: BoolArray, creep: float) -> Joi
 
 
 def brittle_where_soft(properties: JointProperties, joint: IntArray) -> tuple[JointProperties, int]:
-    """Make joints brittle whose fracture energy is below their elastic energy at cracking; count them.
-
-    Such tension would vanish at an opening w_c below the opening at cracking, f_t / k_n (snap-back). The same holds
-    for slip. Tension may soften where the first slip breaks the bond; where tension does not soften, slip leaves
-    the bond as it is. To be called with the final stiffness.
-    """
+    """Make joints brittle whose fracture energy is below their elastic energy at cracking (snap-back); count them."""
     elastic = properties.tensile_strength / properties.normal_stiffness
     opening = properties.critical_opening
     soft = opening > elastic

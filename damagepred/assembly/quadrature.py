@@ -8,10 +8,7 @@ from damagepred.arrays import FloatArray
 
 
 def quadrature(rule: str, count: int) -> tuple[FloatArray, FloatArray]:
-    """Points in [-1/2, 1/2] and weights that sum to 1: equal parts ("midpoint"), or Gauss-Lobatto with both ends.
-
-    Lobatto is exact for polynomials of degree 2 count - 3, so with 3 points (Simpson) for the elastic joint.
-    """
+    """Points in [-1/2, 1/2] and weights that sum to 1: equal parts ("midpoint"), or Gauss-Lobatto with both ends."""
     if rule == "midpoint":
         return (np.arange(count) + 0.5) / count - 0.5, np.full(count, 1.0 / count)
     if count < 2:

@@ -248,8 +248,7 @@ def _reason(error: Exception) -> FailureKind:
 def _row(settings: StudySettings, sample: int, status: int, seconds: float, model: Model, steps: list[Step]) -> Columns:
     """Columns of one sample in a part; increments after the end of its path are NaN.
 
-    The category is an exception: after a collapse, or above the last category of interest, it holds for the remaining
-    movement. A path that ended with unloaded jacks or supports is at the limit of the rig: the movement ends there.
+    Only the category holds for the remaining movement, unless unloaded jacks or supports have ended it.
     """
     increments = settings.scene.movement.increment_count
     rules = Rules.from_settings(**asdict(settings.scene.damage))

@@ -464,15 +464,8 @@ class StudySettings:
             read = read_table(str(how.table), Scene.unit_of, [*how.table_columns, *columns])
             return read if {*read} == {*how.table_columns} else {columns[key]: v for key, v in read.items()}
 
-        sampler = Sampler(
-            how.sampler,
-            how.replicates,
-            how.importance,
-            how.nominal_share,
-            how.table_columns,
-            table if how.sampler == "table" else None,
-            how.crossed,
-        )
+        drawn = how.sampler, how.replicates, how.importance, how.nominal_share, how.table_columns
+        sampler = Sampler(*drawn, table if how.sampler == "table" else None, how.crossed)
         return Design.make(self.variables, units, pairs, sampler, how.seed)
 
     def to_dict(self) -> dict[str, Any]:

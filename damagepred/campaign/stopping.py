@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -56,7 +57,8 @@ def run_until(
     while True:
         count = sizes[len(seen)]
         remaining = None if budget is None else budget - (time.monotonic() - began)
-        summary = _run_to(study, out, count, workers, executor, remaining, on_progress, options)
+        with _stop_after(remaining, out):
+            summary = study.run(out, count, workers, executor, on_progress=on_progress, **options)
         over = budget is not None and time.monotonic() - began >= budget
         if summary.interrupted and not over:
             return Ending(summary, seen, "interrupted")
@@ -79,27 +81,17 @@ def _confidence(rule: StopWhen | None, sizes: list[int], replicates: int, timed:
     return interim_confidence(every, rule.confidence, replicates >= ENOUGH_REPLICATES)
 
 
-def _run_to(
-    study: Campaign,
-    out: str | Path,
-    count: int,
-    workers: int,
-    executor: Executor | None,
-    remaining: float | None,
-    on_progress: Callable[[Progress], None] | None,
-    options: dict[str, Any],
-) -> RunSummary:
-    """Run to the next look; at the end of the time, samples that have begun are finished."""
-    timer = None
-    if remaining is not None:
-        timer = threading.Timer(max(remaining, 0.0), StudyFolder(out).ask_to_stop)
-        timer.daemon = True
+@contextmanager
+def _stop_after(seconds: float | None, out: str | Path) -> Iterator[None]:
+    """Request to stop a run after a time (s), if any; samples that have begun are finished."""
+    timer = threading.Timer(max(seconds or 0.0, 0.0), StudyFolder(out).ask_to_stop)
+    timer.daemon = True
+    if seconds is not None:
         timer.start()
     try:
-        return study.run(out, count, workers, executor, on_progress=on_progress, **options)
+        yield
     finally:
-        if timer is not None:
-            timer.cancel()
+        timer.cancel()
 
 
 def _record(out: str | Path, rule: StopWhen | None, seen: list[InterimAnalysis], reason: str) -> None:

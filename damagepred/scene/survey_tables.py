@@ -79,10 +79,7 @@ def moved(
 
 
 def read_survey(kind: type, name: str, entry: Mapping[str, Any], folder: Path, dated: bool = False) -> list[Any]:
-    """Observations of a class in a file, one per row or, of levels, per difference from the first row.
-
-    ``dated``: levels of one visit or two have its date, too.
-    """
+    """Observations of a class in a file: rows, or differences of levels from the first (with dates if wanted)."""
     others = {key: value for key, value in entry.items() if key != "file"}
     if not isinstance(entry["file"], str):
         raise InputError(f"[[{name}]] file = {entry['file']!r}: must be the name of a file.")

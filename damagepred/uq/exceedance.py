@@ -231,15 +231,12 @@ def pseudo_values(known: CategoryCapacities, movement: MovementDistribution) -> 
 
 def known_hits(walls: CategoryCapacities, movement: MovementDistribution, unknown: float) -> FloatArray:
     """Probability of each wall to have reached the category; ``unknown``, 0 or 1, for the bound beyond its path."""
-    each = [
-        np.where(
-            capacity.censored_before(walls.lower, walls.upper, m),
-            unknown,
-            capacity.probability_reached(walls.lower, walls.upper, m),
-        )
-        for m in movement.points
-    ]
-    return np.asarray(np.mean(each, axis=0))
+
+    def hit(m: float) -> FloatArray:
+        short = capacity.censored_before(walls.lower, walls.upper, m)
+        return np.where(short, unknown, capacity.probability_reached(walls.lower, walls.upper, m))
+
+    return np.asarray(np.mean([hit(m) for m in movement.points], axis=0))
 
 
 @one_blas_thread()
@@ -340,14 +337,8 @@ def estimate_exceedance(
 
 def estimate_of(walls: CategoryCapacities, values: PseudoValues, confidence: float) -> Estimate:
     """Mean of pseudo-values with its interval."""
-    return probability(
-        values.hit,
-        weight=walls.weight,
-        replicate=walls.replicate,
-        confidence=confidence,
-        precision=values.precision,
-        share=values.share,
-    )
+    shares = {"confidence": confidence, "precision": values.precision, "share": values.share}
+    return probability(values.hit, weight=walls.weight, replicate=walls.replicate, **shares)
 
 
 def _from_curve(
@@ -381,13 +372,8 @@ def _from_curve(
     if failed:
         ends = (curve[f"probability_failed_{end}"].values for end in ("undamaged", "damaged"))
         bounds = [float(np.interp(movement, curve["intensity"].values, end)) for end in ends]
-    return Exceedance(
-        Estimate(value, error, lower, upper, confidence, len(walls.lower) - failed, kish),
-        failed,
-        bounds[0],
-        bounds[1],
-        0,
-    )
+    estimate = Estimate(value, error, lower, upper, confidence, len(walls.lower) - failed, kish)
+    return Exceedance(estimate, failed, bounds[0], bounds[1], 0)
 
 
 @one_blas_thread()

@@ -385,9 +385,7 @@ class Observations:
 
     def alone(self, day: dt.date) -> Observations | None:
         """Observations of one day by themselves, without changes since another."""
-        tables: dict[str, Any] = {"crack": [crack for _, crack in self.cracks]} | {
-            t: getattr(self, t) for t in TABLES[1:]
-        }
+        tables = {table: getattr(self, table) for table in TABLES} | {"crack": [crack for _, crack in self.cracks]}
         chosen: dict[str, Any] = {
             table: tuple(replace(r, date=None) for r in readings if r.date == day and r.since is None)
             for table, readings in tables.items()

@@ -32,11 +32,7 @@ def sensitivity_indices(
     resamples: int = 500,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Spearman's and the partial rank correlation of an output with each input, and its share of variance.
-
-    The output is one number per wall, or (2, walls): lower and upper ends of intervals that hold capacities, infinite
-    where a wall was not damaged. Intervals of correlations are even in Fisher's arctanh; errors are of the bootstrap.
-    """
+    """Rank correlations and shares of variance of an output, numbers (walls,) or intervals (2, walls), by inputs."""
     names, x, y, w = _checked(inputs, output, weight, confidence)
     best, error = _bootstrap_errors(x, y, w, resamples, seed)
     reach = normal_factor(confidence) * error
@@ -158,10 +154,8 @@ def ranks(values: FloatArray, weight: FloatArray | None = None) -> FloatArray:
 def interval_ranks(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None) -> FloatArray:
     """Generalised Wilcoxon scores of interval-censored capacities, between 0 and 1 (Peto and Peto 1972).
 
-    A known capacity has its rank, by the product-limit estimate (Kaplan and Meier 1958) at the middles of intervals. A
-    wall that was not damaged up to its own end has the expected rank of all capacities beyond that end. Where the
-    capacity is independent of the end, the mean score at each end is 1/2: an input that only sets where walls end has
-    no correlation with these scores. Ranks of the scores do not have this property; take them as they are.
+    A wall that was not damaged up to its own end has the expected rank of all capacities beyond that end. So an input
+    that only sets where walls end has no correlation with these scores; ranks of the scores lack this property.
     """
     heavy = np.ones(len(lower)) if weight is None else weight
     event = np.isfinite(upper)

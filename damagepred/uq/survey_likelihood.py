@@ -188,10 +188,7 @@ def _vague(reading: Any, model: Discrepancy) -> tuple[float, float]:
 
 
 def vague_log_likelihood(seen: Observations) -> float:
-    """Log likelihood under another cause: each quantity for itself, as vague as surveys are.
-
-    The last reading of a series is as vague as if it were alone; before it the quantity walked randomly.
-    """
+    """Log likelihood under another cause: each quantity for itself, as vague as surveys are."""
     return sum(_vague_series(found, seen.discrepancy) for _, found in seen.series)
 
 

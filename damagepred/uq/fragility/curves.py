@@ -150,11 +150,8 @@ def fit_fragility(
     name = chosen_intensity(ds, intensity)
     require_confidence(confidence)
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
-    wanted = (
-        list(range(1, capacity.highest_category(ds) + 1))
-        if categories is None
-        else [capacity.category_number(ds, c) for c in categories]
-    )
+    every = range(1, capacity.highest_category(ds) + 1)
+    wanted = [capacity.category_number(ds, c) for c in (every if categories is None else categories)]
     if not wanted:
         raise InputError("categories: are none; name one or more.")
     if any(b <= a for a, b in itertools.pairwise(wanted)):

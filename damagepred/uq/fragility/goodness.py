@@ -8,7 +8,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.uq.capacity import StudyCapacities
-from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator, fit_grouped
+from damagepred.uq.fragility.estimators import CompositeLikelihood, fit_grouped
 from damagepred.uq.fragility.fit import FITTED, Fit, GroupedIntervals, group_intervals
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.turnbull import Npmle, turnbull
@@ -92,19 +92,14 @@ def akaike_criterion(cells: GroupedIntervals, common: bool, options: FragilityOp
     number where the likelihood is right (Varin and Vidoni 2005, Biometrika 92).
     """
     places = list(range(len(cells.lower)))
-    parts: list[Estimator] = (
-        [CompositeLikelihood(places, cells, options)]
-        if common
-        else [CompositeLikelihood([k], cells.of(k), options) for k in places]
-    )
+    parts = [(places, cells)] if common else [([k], cells.of(k)) for k in places]
     total = 0.0
-    for estimator in parts:
+    for estimator in (CompositeLikelihood(*part, options) for part in parts):
         if estimator.no_dispersion():
             return np.nan
         parameters = estimator.estimate
         each = estimator.scores(parameters) * estimator.cells.weight[:, None]
         spread = (each * estimator.cells.number[:, None]).T @ each
-        total += 2.0 * float(
-            np.trace(np.linalg.pinv(-estimator.hessian(parameters), hermitian=True) @ spread)
-        ) - 2 * estimator.value(parameters)
+        covariance = np.linalg.pinv(-estimator.hessian(parameters), hermitian=True)
+        total += 2.0 * float(np.trace(covariance @ spread)) - 2 * estimator.value(parameters)
     return total
