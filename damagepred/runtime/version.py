@@ -6,7 +6,7 @@ import hashlib
 import sys
 from pathlib import Path
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 
 PACKAGE = Path(__file__).parents[1]

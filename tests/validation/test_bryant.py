@@ -11,6 +11,8 @@ import pytest
 import xarray as xr
 
 import damagepred
+from damagepred import Study
+from damagepred.campaign.settings import StudySettings
 from damagepred.scene import Scene, Solver
 
 pytestmark = pytest.mark.quick_cases()
@@ -133,3 +135,28 @@ def test_solvers_agree_on_a_crack_band_of_several_joints(data_folder: Path) -> N
     assert abs(band[0] / band[1] - 1) < 0.01
     assert min(b / j for b, j in zip(band, joint)) > 2
     assert found[0]["damage_category_band"][-1] == found[1]["damage_category_band"][-1]
+
+
+@pytest.mark.thorough
+def test_solvers_agree_on_walls_of_elastic_bricks_whose_strength_varies_by_a_hundredth(
+    data_folder: Path, tmp_path: Path
+) -> None:
+    """A band of 2.0 or of 3.0 mm: a hundredth of strength decides which."""
+    tables = Scene.from_toml(data_folder / "bryant_window_dishing.toml").to_dict()
+    strength = {"distribution": "lognormal", "cov": 0.01, "field": {"course_correlation": 0.0}}
+    found = []
+    for method in ("quasi_static", "explicit"):
+        study = {
+            "study": {"samples": 16, "seed": 5},
+            "scene": {**tables, "solver": {"method": method}},
+            "variables": {
+                "joint.tensile_strength": {"mean": "0.453 MPa", **strength},
+                "joint.cohesion": {"mean": "0.375 MPa", **strength},
+            },
+        }
+        ds = Study(StudySettings.from_dict(study)).run(tmp_path / method)
+        found.append(1e3 * ds["crack_band_width_max"].values[:, -1])
+    assert np.median(found[0]) == pytest.approx(np.median(found[1]), rel=0.02)
+    for band in found:
+        assert 1 <= (band < 2.2).sum() <= 5
+        assert ((band < 2.2) | (band > 2.9)).all()
