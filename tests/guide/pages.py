@@ -9,12 +9,16 @@ Comments before a block say how it is run (CONTRIBUTING.md):
 """
 
 import re
+import runpy
 from pathlib import Path
 from typing import NamedTuple
 
 from damagepred.guide import TOPICS
-from damagepred.guide.reference import PAGES
 from tests.conftest import ROOT
+
+REFERENCE = runpy.run_path(str(ROOT / ".ci" / "reference_pages.py"))
+PAGES = REFERENCE["PAGES"]
+"""Pages that the code writes: topic -> function."""
 
 GUIDE = ROOT / "damagepred" / "guide"
 WRITTEN = {"README": ROOT / "README.md"} | {t: GUIDE / f"{t}.md" for t in TOPICS if t not in PAGES}

@@ -1,6 +1,6 @@
 """Guide pages of all keys and of all archive variables, generated from the code.
 
-python -m damagepred.guide.reference
+python .ci/reference_pages.py
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic_core import PydanticUndefined
 
+from damagepred import guide
 from damagepred.archive.schema import VARIABLES
 from damagepred.archive.schema import Variable as ArchiveVariable
 from damagepred.campaign.settings import Sampling
@@ -59,7 +60,7 @@ or it names a scene file with `scene = "wall.toml"`.
 
 A number without a unit is SI; a string may carry a unit, such as `"8 mm"`. A key with the default *required* must be in
 the file where its table is. A key with the default *none* may be left out: its meaning explains None.
-`damagepred.guide.reference` writes this page from the code.
+`.ci/reference_pages.py` writes this page from the code.
 """
 FIRST_KEYS = {
     "wall and openings": "wall.length wall.height wall.thickness wall.block_length wall.block_height opening.kind "
@@ -85,7 +86,7 @@ In a study the dimension `sample` comes first, and sampled inputs have the name 
 Each variable has its dimensions and its unit in brackets. Flags are whole numbers with the meanings listed; -1 is
 unknown. NaN is unknown, too. Files follow the CF conventions 1.11, meshes of zones the UGRID conventions.
 
-`damagepred.guide.reference` writes this page from the code.
+`.ci/reference_pages.py` writes this page from the code.
 
 ## With xarray and pandas
 
@@ -327,9 +328,9 @@ PAGES = {"keys": keys_page, "archive": archive_page}
 
 
 def main() -> None:
-    """Write the pages beside this file."""
+    """Write the pages into the guide."""
     for topic, write in PAGES.items():
-        (Path(__file__).parent / f"{topic}.md").write_text(write(), encoding="utf-8")
+        (Path(guide.__file__).parent / f"{topic}.md").write_text(write(), encoding="utf-8")
 
 
 if __name__ == "__main__":
