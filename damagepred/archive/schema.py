@@ -87,9 +87,7 @@ VARIABLES: dict[str, Variable] = {
     "ground_tilt": Variable(_STEP, "1", "slope of the line through the ends of the ground, not negative"),
     "horizontal_strain": Variable(_STEP, "1", "largest strain of the ground along the wall over one brick"),
     "movement": Variable(
-        _STEP,
-        "m",
-        "of a study: surface_movement, settlement or central_deflection, where all samples have the same",
+        _STEP, "m", "of a study: surface_movement, settlement or central_deflection, where all samples have the same"
     ),
     "load_force": Variable(_STEP, "N", "load of all strips of a laboratory test together, in their directions"),
     "load_displacement": Variable(_STEP, "m", "displacement of these strips in their directions, after the dead load"),

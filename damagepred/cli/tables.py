@@ -140,10 +140,7 @@ def house_tables(ds: xr.Dataset) -> None:
     category, damaged = category_label(ds, int(ds["damage_category"][-1])), int(ds["damaged_walls"][-1])
     title = f"walls at the end; house, by its worst wall: {category}; damaged: {damaged}"
     corners = "corners at the end: upward force of the first wall on the second"
-    terminal.show(
-        Table.brief(title, tables.wall_columns(ds)),
-        Table.brief(corners, tables.corner_columns(ds)),
-    )
+    terminal.show(Table.brief(title, tables.wall_columns(ds)), Table.brief(corners, tables.corner_columns(ds)))
     if terminal.FORM.full:
         terminal.show(Table.brief("sides of the rooms at the end", tables.room_columns(ds)))
     else:

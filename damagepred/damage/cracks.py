@@ -57,12 +57,7 @@ def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked
     np.add.at(length, label, joints.contact_length[number].sum(axis=1))
     np.maximum.at(displacement, label, np.hypot(width, slip[number]).max(axis=1))
     return Cracks(
-        per_joint[rank],
-        x[rank],
-        y[rank],
-        np.bincount(label, minlength=count)[label[rank]],
-        displacement,
-        length,
+        per_joint[rank], x[rank], y[rank], np.bincount(label, minlength=count)[label[rank]], displacement, length
     )
 
 

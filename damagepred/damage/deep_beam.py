@@ -147,10 +147,7 @@ def beam_strain(
     sagged = np.abs(np.asarray(deflection_ratio, dtype=np.float64))
     bending, diagonal = sagged / per_bending, sagged / per_diagonal
     ground, nu = np.asarray(ground_strain, dtype=np.float64), np.asarray(poisson_ratio, dtype=np.float64)
-    return BeamStrain(
-        bending + ground,
-        ground * (1 - nu) / 2 + np.sqrt((ground * (1 + nu) / 2) ** 2 + diagonal**2),
-    )
+    return BeamStrain(bending + ground, ground * (1 - nu) / 2 + np.sqrt((ground * (1 + nu) / 2) ** 2 + diagonal**2))
 
 
 def _positive(value: ArrayLike, name: str, unit: str = "") -> FloatArray:

@@ -80,12 +80,7 @@ class Rules(NamedTuple):
 
 
 def judge(
-    joints: JointMap,
-    opening: FloatArray,
-    slip: FloatArray,
-    cracked: BoolArray,
-    rules: Rules,
-    distortion: float = 0.0,
+    joints: JointMap, opening: FloatArray, slip: FloatArray, cracked: BoolArray, rules: Rules, distortion: float = 0.0
 ) -> Verdict:
     """Verdict on one state of a wall, from opening, slip (m) and broken bonds at the contacts (m, q).
 

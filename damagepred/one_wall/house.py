@@ -9,12 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import (
-    CATEGORY_VARIABLES,
-    category_attributes,
-    dataset,
-    wall_attributes,
-)
+from damagepred.archive.schema import CATEGORY_VARIABLES, category_attributes, dataset, wall_attributes
 from damagepred.arrays import FloatArray
 from damagepred.assembly.house import HouseModel
 from damagepred.assembly.model import Model

@@ -16,12 +16,7 @@ from damagepred.plotting.cracks import draw_cracks
 from damagepred.plotting.field import draw
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.history import draw_history
-from damagepred.plotting.pictures import (
-    save_animation,
-    save_fragility_picture,
-    save_study_pictures,
-    save_wall_pictures,
-)
+from damagepred.plotting.pictures import save_animation, save_fragility_picture, save_study_pictures, save_wall_pictures
 from damagepred.plotting.scene import draw_scene
 from damagepred.plotting.study import draw_category_shares
 from damagepred.plotting.wall import draw_wall

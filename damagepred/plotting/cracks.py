@@ -97,8 +97,7 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, tra
         of = f" (category {c})" if table.category_names else ""
         names = [f"below {edges[0]} mm", *(f"from {edge} mm" for edge in edges)]
         handles.insert(
-            int(c),
-            Line2D([], [], color=CATEGORY_COLOURS[c], linewidth=_THICKNESS[c], label=f"{names[c]}{of}"),
+            int(c), Line2D([], [], color=CATEGORY_COLOURS[c], linewidth=_THICKNESS[c], label=f"{names[c]}{of}")
         )
     sheet.elevation(ax)
     ax.autoscale_view()

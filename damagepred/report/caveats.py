@@ -41,7 +41,7 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         "another wall, floors, roof, movement out of the planes, and torsion of the footings are not in the model."
         if isinstance(scene, House)
         else "One straight wall in its own plane. Return walls, floors, roof and foundations that tie it in, movement "
-        "out of its plane, and torsion of the house are not in the model.",
+        "out of its plane, and torsion of the house are not in the model."
     ]
     if scene.dynamics is None:
         absent = [

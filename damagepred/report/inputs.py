@@ -17,15 +17,7 @@ from damagepred.campaign.settings import StudySettings
 from damagepred.formatting import named, number, plain, quantity
 from damagepred.inputs.data_files import CONFIDENCE
 from damagepred.report.parts import Part, Section, Text
-from damagepred.report.sources import (
-    DEFAULT,
-    GIVEN,
-    PAPER,
-    Source,
-    field_source,
-    source_of_value,
-    sources_of_variable,
-)
+from damagepred.report.sources import DEFAULT, GIVEN, PAPER, Source, field_source, source_of_value, sources_of_variable
 from damagepred.results.tables import Table
 from damagepred.scene import Scene
 from damagepred.scene.quantity import to_si, unit_in

@@ -19,12 +19,7 @@ PAPER = "The Prediction of Damage to Masonry Houses Caused by Foundation Movemen
 GIVEN = "as given"
 DEFAULT = "default"
 
-_MATERIALS = {
-    "block": "clay_brick_masonry",
-    "joint": "mortar_joint",
-    "dpc": "dpc",
-    "footing": "concrete_footing",
-}
+_MATERIALS = {"block": "clay_brick_masonry", "joint": "mortar_joint", "dpc": "dpc", "footing": "concrete_footing"}
 """Tables of a scene that have the same keys in data/materials/zhuge.toml."""
 
 _PHYSICAL = (*_MATERIALS, "head_joint", "soil", "mound", "loads")

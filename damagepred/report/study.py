@@ -125,13 +125,7 @@ def study_page(
 
 def _fitted(ds: xr.Dataset, confidence: float, bootstrap: int) -> xr.Dataset:
     """Curves fitted each for itself, or with one dispersion if they cross."""
-    fit = partial(
-        fit_fragility,
-        ds,
-        confidence=confidence,
-        bootstrap=bootstrap,
-        goodness=min(GOODNESS, bootstrap),
-    )
+    fit = partial(fit_fragility, ds, confidence=confidence, bootstrap=bootstrap, goodness=min(GOODNESS, bootstrap))
     curves = fit()
     enough = ds.sizes["sample"] >= DEFAULT.posterior_below  # curves with one dispersion have a band
     return fit(model="common") if int(curves.attrs["curves_cross"]) and enough else curves
