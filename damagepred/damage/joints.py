@@ -105,7 +105,7 @@ class JointMap:
         wanted = with_blocks or x.shape[1] == 1
         return replace(joints, blocks=_blocks_beside(ds, joints)) if wanted else joints
 
-    def part(self, number: IntArray) -> JointMap:
+    def part(self, number: IntArray | BoolArray) -> JointMap:
         """Map of a selection of interfaces."""
         return JointMap(*(getattr(self, field.name)[number] for field in fields(self)))
 
@@ -115,14 +115,19 @@ class JointMap:
         return self.kind == ContactKind.DPC
 
     @cached_property
+    def is_masonry(self) -> BoolArray:
+        """Whether each interface (m,) is a mortar joint between bricks, or a potential crack of a brick."""
+        return np.isin(self.kind, MASONRY)
+
+    @cached_property
     def is_wall(self) -> BoolArray:
         """Whether each interface (m,) is a joint or brick of the wall proper: above the dpc, or all without a dpc."""
-        return np.isin(self.kind, MASONRY) & (self.middle_y > self.dpc_level)
+        return self.is_masonry & (self.middle_y > self.dpc_level)
 
     @cached_property
     def is_base(self) -> BoolArray:
         """Whether each interface (m,) is a joint or brick below the dpc."""
-        return np.isin(self.kind, MASONRY) & (self.middle_y <= self.dpc_level)
+        return self.is_masonry & (self.middle_y <= self.dpc_level)
 
     @cached_property
     def is_footing(self) -> BoolArray:

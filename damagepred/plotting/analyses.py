@@ -12,6 +12,7 @@ from matplotlib.colors import LinearSegmentedColormap
 
 from damagepred.analyses.posterior_tables import measures, odds_in_words
 from damagepred.archive.schema import flag_name
+from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.bond import lay_bricks
 from damagepred.inputs.arguments import checked
 from damagepred.plotting import sheet
@@ -47,7 +48,7 @@ def draw_comparison(
     2
     """
     sheet.require(comparison, ("probability", "difference", "difference_lower"), "a comparison of studies")
-    upper, lower = sheet.several_or_new(axes, 2, 1, 8.0, 7.5)
+    upper, lower = sheet.several_or_new(axes, 2, 8.0, 7.5)
     category = int(comparison["category"][0]) if category is None else category_number(comparison, category)
     chosen = comparison.sel(category=category)
     in_metres = comparison["movement"].attrs.get("units") == "m"
@@ -55,15 +56,14 @@ def draw_comparison(
     for k, name in enumerate(str(study) for study in comparison["study"].values):
         curve, (colour, _) = chosen.isel(study=k), OPENING_STYLES[k % len(OPENING_STYLES)]
         style: dict[str, Any] = {"color": colour, "linestyle": CURVE_STYLES[k % len(CURVE_STYLES)], "linewidth": 1.8}
-        upper.plot(movement, curve["probability"], label=sheet.verbatim(name), **style)
-        upper.fill_between(
-            movement, curve["probability_lower"], curve["probability_upper"], color=colour, alpha=0.12, linewidth=0
-        )
-        if k:
-            lower.plot(movement, curve["difference"], **style)
-            lower.fill_between(
-                movement, curve["difference_lower"], curve["difference_upper"], color=colour, alpha=0.15, linewidth=0
-            )
+        for ax, of, label, alpha in (
+            (upper, "probability", sheet.verbatim(name), 0.12),
+            (lower, "difference", None, 0.15),
+        ):
+            if k or ax is upper:
+                ax.plot(movement, curve[of], label=label, **style)
+                ends = curve[f"{of}_lower"], curve[f"{of}_upper"]
+                ax.fill_between(movement, *ends, color=colour, alpha=alpha, linewidth=0)
     lower.axhline(0.0, color=OPENING_STYLES[0][0], linewidth=1.0)
     upper.set_ylim(0.0, 1.0)
     upper.set_ylabel("probability")
@@ -80,11 +80,8 @@ def draw_comparison(
     level = f"{float(comparison.attrs['confidence']):.0%} intervals"
     paired = comparison["paired_samples"].values[1:]
     pairs = f"{int(paired.min())} pairs of samples" if paired.size and paired.min() else "different samples"
-    sheet.set_title(
-        upper,
-        "Probability of damage",
-        f"category {category} ({sheet.verbatim(flag_name(comparison, category, 'category'))}) or worse; {level}",
-    )
+    name = sheet.verbatim(flag_name(comparison, category, "category"))
+    sheet.set_title(upper, "Probability of damage", f"category {category} ({name}) or worse; {level}")
     sheet.set_title(lower, "Difference to the first study", f"{pairs}; below zero: less damage")
     sheet.legend_below(lower, upper.get_lines(), columns=3)
     return [upper, lower]
@@ -113,50 +110,35 @@ def draw_sensitivity(shares: xr.Dataset, axes: Sequence[Axes] | None = None) -> 
     order = np.argsort(np.abs(shares["spearman"].values))
     inputs = shares.isel(variable=order)
     names = [str(n).replace(".", ", ").replace("_", " ") for n in inputs["variable"].values]
-    upper, lower = sheet.several_or_new(axes, 2, 1, 9.0, 3.6 + 0.9 * len(names))
+    upper, lower = sheet.several_or_new(axes, 2, 9.0, 3.6 + 0.9 * len(names))
     rows = np.arange(len(names), dtype=np.float64)
     _points(upper, inputs, "spearman", rows + 0.12, RANK_COLOURS[0], "rank correlation")
     _points(upper, inputs, "partial", rows - 0.12, RANK_COLOURS[1], "partial: others held fixed")
     upper.set_xlim(-1.0, 1.0)
     upper.set_xticks(np.linspace(-1.0, 1.0, 5))
-    upper.axvline(0.0, color="0.4", linewidth=0.8)
-    upper.set_xlabel("rank correlation")
-    upper.set_yticks(rows, names)
     _points(lower, inputs, "first_order", rows, SHARE_COLOURS[0], "by itself")
-    lower.axvline(0.0, color="0.4", linewidth=0.8)
-    lower.axvline(1.0, color="0.4", linewidth=0.8)
-    lower.set_xlim(min(-0.05, lower.get_xlim()[0]), max(1.05, lower.get_xlim()[1]))
-    lower.set_xlabel("share of the variance")
-    lower.set_yticks(rows, names)
-    for ax in (upper, lower):
+    for ax, bounds, label in ((upper, [0.0], "rank correlation"), (lower, [0.0, 1.0], "share of the variance")):
+        for bound in bounds:
+            ax.axvline(bound, color="0.4", linewidth=0.8)
+        ax.set_xlabel(label)
+        ax.set_yticks(rows, names)
         ax.set_ylim(-0.6, len(names) - 0.4)
         sheet.grid(ax, "x")
         sheet.legend_below(ax, ax.get_legend_handles_labels()[0], 2, 0.6, left=True)
+    lower.set_xlim(min(-0.05, lower.get_xlim()[0]), max(1.05, lower.get_xlim()[1]))
     title = sheet.title_of(shares, "sensitivity")
     censored = float(shares.attrs.get("share_censored", 0.0))
-    lines = (
-        title[:1].upper() + title[1:],
-        f"{shares.attrs.get('output', '')}; {int(shares.attrs['walls'])} walls"
-        + (f", {censored:.0%} of all had not reached it" if censored >= 0.005 else "")
-        + f"; bars: {float(shares.attrs['confidence']):.0%} intervals",
-    )
-    sheet.set_title(upper, *lines)
+    what = f"{shares.attrs.get('output', '')}; {int(shares.attrs['walls'])} walls"
+    what += f", {censored:.0%} of all had not reached it" if censored >= 0.005 else ""
+    bars = f"bars: {float(shares.attrs['confidence']):.0%} intervals"
+    sheet.set_title(upper, title[:1].upper() + title[1:], f"{what}; {bars}")
     return [upper, lower]
 
 
 def _points(ax: Axes, shares: xr.Dataset, name: str, rows: np.ndarray, colour: str, label: str) -> None:
     value, low, high = (shares[f"{name}{end}"].values for end in ("", "_lower", "_upper"))
-    ax.errorbar(
-        value,
-        rows,
-        xerr=np.nan_to_num([value - low, high - value]).clip(0.0),
-        fmt="o",
-        color=colour,
-        capsize=3,
-        markersize=5,
-        label=label or "_",
-        zorder=3,
-    )
+    reach = np.nan_to_num([value - low, high - value]).clip(0.0)
+    ax.errorbar(value, rows, xerr=reach, fmt="o", color=colour, capsize=3, markersize=5, label=label, zorder=3)
 
 
 _WORDS = {
@@ -186,7 +168,7 @@ def draw_design_search(search: xr.Dataset, axes: Sequence[Axes] | None = None) -
     quantity = str(search.attrs.get("quantity", "probability"))
     sheet.require(search, ("cost", quantity, "decision", "value"), "a design search")
     by_cost = quantity == "expected_cost"
-    upper, lower = sheet.several_or_new(axes, 2, 1, 8.0, 7.5)
+    upper, lower = sheet.several_or_new(axes, 2, 8.0, 7.5)
     for code, word in enumerate(_WORDS[quantity]):
         group = search.isel(alternative=np.flatnonzero(search["decision"].values == code))
         if not group.sizes["alternative"]:
@@ -195,22 +177,18 @@ def draw_design_search(search: xr.Dataset, axes: Sequence[Axes] | None = None) -
         bars = np.abs(np.array([group[f"{quantity}_{end}"].values - middle for end in ("lower", "upper")]))
         colour, marker = OPENING_STYLES[code]
         upper.errorbar(group["cost"], middle, yerr=bars, fmt=marker, color=colour, capsize=3, label=word)
-    if by_cost:
-        upper.set_ylim(bottom=0.0)
-        upper.set_ylabel("expected cost, repairs included")
-    else:
+    upper.set_ylim(bottom=0.0)
+    if not by_cost:
         upper.axhline(float(search.attrs["limit"]), color=OPENING_STYLES[4][0], linewidth=1.0)
         most = max(float(search["probability_upper"].max()), float(search.attrs["limit"]))
         upper.set_ylim(0.0, min(1.3 * most, 1.0))
-        upper.set_ylabel("probability")
+    upper.set_ylabel("expected cost, repairs included" if by_cost else "probability")
     upper.set_xlabel("cost")
     sheet.legend_below(upper, upper.get_legend_handles_labels()[0], 3)
     chosen = sheet.verbatim(str(search.attrs["chosen"])) or "no alternative meets it for certain"
     sheet.set_title(upper, "Cost with repairs" if by_cost else "Cost and probability of damage", f"chosen: {chosen}")
-    rows = np.arange(search.sizes["measure"])
-    lower.barh(
-        rows, search["value"].values, 0.5, xerr=search["value_error"].values, color=OPENING_STYLES[0][0], capsize=3
-    )
+    rows, errors = np.arange(search.sizes["measure"]), search["value_error"].values
+    lower.barh(rows, search["value"].values, 0.5, xerr=errors, color=OPENING_STYLES[0][0], capsize=3)
     lower.set_yticks(rows, [sheet.verbatim(str(name)) for name in search["measure"].values])
     lower.locator_params(axis="x", nbins=5)
     what = "cost of repair" if by_cost else "probability"
@@ -244,11 +222,9 @@ def draw_portfolio(street: xr.Dataset, ax: Axes | None = None) -> Axes:
     ranks = np.arange(len(order))
     for category in street["category"].values.tolist():
         start, share = reached[:, category], reached[:, category - 1] - reached[:, category]
-        colour, label = CATEGORY_COLOURS[category], f"category {category}"
-        if named:
-            ax.barh(ranks, share, 0.8, left=start, color=colour, label=label)
-        else:
-            ax.bar(ranks, share, 0.8, bottom=start, color=colour, label=label)
+        draw_bars, at_start = (ax.barh, "left") if named else (ax.bar, "bottom")
+        style: dict[str, Any] = {"color": CATEGORY_COLOURS[category], "label": f"category {category}", at_start: start}
+        draw_bars(ranks, share, 0.8, **style)
     if named:
         ax.set_yticks(ranks, [sheet.verbatim(str(name)) for name in street["house"].values[order]])
         ax.invert_yaxis()
@@ -295,7 +271,7 @@ def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None
     1
     """
     sheet.require(posterior, ("posterior", "movement", "movement_measure", "posterior_odds"), "a back-analysis")
-    axes = sheet.several_or_new(axes, 2 if "crack_probability" in posterior else 1, 1, 8.0, 7.5)
+    axes = sheet.several_or_new(axes, 2 if "crack_probability" in posterior else 1, 8.0, 7.5)
     shown, largest = measures(posterior), posterior["movement_largest"].values
     warning = "" if posterior["resembles"].values.any() else "NO STORED WALL RESEMBLES THE OBSERVATIONS"
     if "until" in posterior:
@@ -338,25 +314,18 @@ def _draw_history(posterior: xr.Dataset, ax: Axes, warning: str) -> None:
     for some, style, label in ((~later | (date == visit[-1]), "-", "median"), (later, "--", "forecast")):
         bands += ax.plot(date[some], middle[some], style, color=colour, label=label)
     least, *_, each, _, most = measure.factor * cause["visit_quantile"].values.T
-    alone: dict[str, Any] = {
-        "fmt": "o",
-        "color": "black",
-        "markersize": 4,
-        "capsize": 3,
-        "label": "one visit alone, 90 %",
-    }
-    bands.append(ax.errorbar(visit, each, (each - least, most - each), **alone))
+    alone: dict[str, Any] = {"fmt": "o", "color": "black", "markersize": 4, "capsize": 3}
+    bands.append(ax.errorbar(visit, each, (each - least, most - each), label="one visit alone, 90 %", **alone))
     bands += ax.plot(visit, np.zeros(len(visit)), "|", color="black", label="visits", clip_on=False)
     end = measure.factor * float(cause["movement_largest"])
     if np.nanmax(high) > end:
         bands.append(ax.axhline(end, color="grey", linestyle=":", label="end of the stored paths"))
     ax.set_ylim(bottom=0.0)
     ax.set_ylabel(f"{measure.words} ({measure.unit})")
-    slow, *_, rate, _, fast = (
-        sheet.plain_number(float(f"{measure.factor * v:.2g}")) for v in cause["rate_quantile"].values
-    )
-    rates = f"{sheet.verbatim(str(cause['study'].values))}: {rate} {measure.unit} a year, {slow} to {fast}"
-    sheet.set_title(ax, "Movement over time, given the observations", rates, warning)
+    rates = measure.factor * cause["rate_quantile"].values
+    slow, *_, rate, _, fast = (sheet.plain_number(float(f"{v:.2g}")) for v in rates)
+    words = f"{sheet.verbatim(str(cause['study'].values))}: {rate} {measure.unit} a year, {slow} to {fast}"
+    sheet.set_title(ax, "Movement over time, given the observations", words, warning)
     sheet.legend_below(ax, bands)
 
 
@@ -366,15 +335,11 @@ def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
     cracked = cause["crack_probability"]
     if "study_scene" in cause:  # older results have no wall
         scene = archived_scene({"scene": cause["study_scene"].item()})
-        bricks = lay_bricks(scene)
-        draw_bricks(
-            ax, [np.array([b.left, b.bottom, b.right, b.top])[[[0, 1], [2, 1], [2, 3], [0, 3]]] for b in bricks]
-        )
+        draw_bricks(ax, [rectangle(*brick[:4]) for brick in lay_bricks(scene)])
     # transparent at probability 0, over the bricks
     shades = LinearSegmentedColormap.from_list("cracks", ["#b3152b00", "#b3152bff"])
-    mesh = ax.pcolormesh(
-        cause["map_x"], cause["map_y"], cracked, vmin=0.0, vmax=1.0, cmap=shades, shading="nearest", zorder=2
-    )
+    looks: dict[str, Any] = {"vmin": 0.0, "vmax": 1.0, "cmap": shades, "shading": "nearest", "zorder": 2}
+    mesh = ax.pcolormesh(cause["map_x"], cause["map_y"], cracked, **looks)
     ax.figure.colorbar(mesh, ax=ax, label="probability of a crack", shrink=0.7)
     if "study_scene" in cause:  # cells of the map reach beyond the wall
         ax.axis((0.0, scene.wall.length, 0.0, scene.wall.height))
@@ -386,29 +351,20 @@ def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
         ax.plot(x, y, marker="o" if width else "x", color="black", fillstyle="none", markersize=9, zorder=5)
         words = f"{limit} {sheet.plain_number(width * sheet.MM)} mm".strip() if width else "no crack"
         # neighbours at different heights, all inside the wall
-        ax.annotate(
-            words, (x, y), (0, (1 if y < middle else -1) * (16, 32)[k % 2]), textcoords="offset points", **style
-        )
+        place = (0, (1 if y < middle else -1) * (16, 32)[k % 2])
+        ax.annotate(words, (x, y), place, textcoords="offset points", **style)
     ends = ("x", "y", "to_x", "to_y", "difference") if "level_x" in posterior else ()
     levels = [posterior[f"level_{end}"].values.tolist() for end in ends]
     for x, y, to_x, to_y, difference in zip(*levels):
         ax.plot([x, to_x], [y, to_y], color=OPENING_STYLES[0][0], marker="|", linestyle="--", linewidth=1.2, zorder=4)
-        words = f"{difference * sheet.MM:+.3g} mm"
-        ax.annotate(
-            words,
-            (to_x, to_y),
-            (0, 8),
-            textcoords="offset points",
-            color=OPENING_STYLES[0][0],
-            **style | {"ha": "right"},
-        )
+        words, at_end = f"{difference * sheet.MM:+.3g} mm", {**style, "ha": "right", "color": OPENING_STYLES[0][0]}
+        ax.annotate(words, (to_x, to_y), (0, 8), textcoords="offset points", **at_end)
     sheet.elevation(ax)
     limit = float(cracked.attrs["wider_than"]) * sheet.MM
     observed = "; circles: observed widths, crosses: no crack" if marks else ""
     observed += "; dashed: observed difference of levels" if levels else ""
-    sheet.set_title(
-        ax, "Crack map", f"{sheet.verbatim(str(cause['study'].values))}: cracks wider than {limit:g} mm{observed}"
-    )
+    name = sheet.verbatim(str(cause["study"].values))
+    sheet.set_title(ax, "Crack map", f"{name}: cracks wider than {limit:g} mm{observed}")
     return ax
 
 
@@ -422,11 +378,9 @@ def draw_scales(scales: xr.Dataset, ax: Axes | None = None) -> Axes:
         text = "-" if np.isnan(share) else f"{share:.2f}"
         colour = "white" if share > 0.5 else "black"
         ax.text(column, row, text, ha="center", va="center", color=colour, fontsize=sheet.small(ax))
-    names = [sheet.verbatim(str(name)) for name in scales["scale"].values]
-    ticks = range(len(names))
-    ax.set_xticks(ticks, [str(number + 1) for number in ticks])
-    ax.set_yticks(ticks, [f"{name}  {number + 1}" for number, name in enumerate(names)], fontsize=sheet.small(ax))
-    sheet.set_title(
-        ax, sheet.title_of(scales, "") or "Agreement of scales", "share of states that two scales judge alike"
-    )
+    names = [f"{sheet.verbatim(str(name))}  {number}" for number, name in enumerate(scales["scale"].values, 1)]
+    ax.set_xticks(range(len(names)), [str(number) for number in range(1, len(names) + 1)])
+    ax.set_yticks(range(len(names)), names, fontsize=sheet.small(ax))
+    title = sheet.title_of(scales, "") or "Agreement of scales"
+    sheet.set_title(ax, title, "share of states that two scales judge alike")
     return ax

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -43,21 +44,10 @@ def shade_bands(ax: Axes, table: DamageTable) -> None:
         ax.axhspan(bottom, top, color=CATEGORY_COLOURS[category], alpha=0.13, linewidth=0, zorder=0)
         if category:
             ax.axhline(lower, color=CATEGORY_COLOURS[category], linewidth=0.8, zorder=1)
-        ax.annotate(
-            f"{category} {table.category_names[category]}",
-            (1.0, _middle(ax, bottom, top)),
-            xycoords=("axes fraction", "data"),
-            xytext=(4, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=small(ax),
-        )
-
-
-def _middle(ax: Axes, bottom: float, top: float) -> float:
-    """Height midway between two heights on paper."""
-    points = ax.transData.transform([(0.0, bottom), (0.0, top)])
-    return float(ax.transData.inverted().transform(points.mean(axis=0))[1])
+        points = ax.transData.transform([(0.0, bottom), (0.0, top)])
+        middle = float(ax.transData.inverted().transform(points.mean(axis=0))[1])  # on paper
+        place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "va": "center"}
+        ax.annotate(f"{category} {table.category_names[category]}", (1.0, middle), (4, 0), fontsize=small(ax), **place)
 
 
 def width_scale(ax: Axes, widths: Sequence[float] | FloatArray, table: DamageTable, what: str) -> None:
@@ -82,9 +72,8 @@ def not_reached(ds: xr.Dataset, reached: int) -> str:
     highest = highest_of(ds)
     if reached >= highest:
         return ""
-    return "; not reached: " + (
-        f"category {highest}" if reached == highest - 1 else f"categories {reached + 1} to {highest}"
-    )
+    missing = f"category {highest}" if reached == highest - 1 else f"categories {reached + 1} to {highest}"
+    return f"; not reached: {missing}"
 
 
 def highest_of(ds: xr.Dataset) -> int:

@@ -51,11 +51,8 @@ CURVE_STYLES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
 
 def band_colours(levels: FloatArray) -> ListedColormap:
     """One colour per band and for values beyond both ends: blue in compression, red in tension."""
-    bands = len(levels) + 1
-    below, above = levels[0] >= -1e-12, levels[-1] <= 1e-12
-    start, end = (0.5 if below else 0.0), (0.5 if above else 1.0)
-    shades = list(colormaps["RdBu_r"](np.linspace(start, end, bands)))
-    return ListedColormap(shades)
+    start, end = (0.5 if levels[0] >= -1e-12 else 0.0), (0.5 if levels[-1] <= 1e-12 else 1.0)
+    return ListedColormap(list(colormaps["RdBu_r"](np.linspace(start, end, len(levels) + 1))))
 
 
 def field_colours(values: FloatArray) -> tuple[Colormap, Normalize]:

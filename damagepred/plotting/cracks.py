@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
+from damagepred.arrays import BoolArray
 from damagepred.damage.tracing import DPC_OPENING, DPC_SLIP
 from damagepred.inputs.arguments import checked
 from damagepred.plotting import sheet
@@ -67,38 +69,25 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, tra
     in_brick = np.isnan(opening)
     category = table.by_width(np.where(in_brick, 0.0, opening)).astype(np.int64)
     joint = (parts < DPC_OPENING) & ~in_brick
-    lines = [
+    lines: tuple[tuple[str, BoolArray, str, float, Any], ...] = (
         ("dpc open", parts == DPC_OPENING, DPC_COLOUR, 3.2, "solid"),
         ("dpc slip", parts == DPC_SLIP, SLIP_COLOUR, 2.2, "solid"),
         ("through bricks", in_brick, "black", 1.2, (0, (2, 1.5))),
-    ]
-    handles = []
-    for label, chosen, colour, thick, style in lines:
-        if chosen.any():
-            ax.add_collection(
-                LineCollection(
-                    list(segment[chosen]), colors=colour, linewidths=thick, linestyles=style, zorder=3, label=label
-                )
-            )
-            handles.append(Line2D([], [], color=colour, linewidth=thick, linestyle=style, label=label))  # type: ignore[arg-type]
-    order = np.flatnonzero(joint)[np.argsort(opening[joint])]
-    ax.add_collection(
-        LineCollection(
-            list(segment[order]),
-            colors=[CATEGORY_COLOURS[c] for c in category[order]],
-            capstyle="round",
-            linewidths=[_THICKNESS[c] for c in category[order]],
-            zorder=4,
-            label="cracks",
-        )
     )
+    handles = []
+    for label, chosen, colour, thick, dashes in lines:
+        if chosen.any():
+            style = {"linewidths": thick, "linestyles": dashes, "zorder": 3, "label": label}
+            sheet.add_lines(ax, segment[chosen], colors=colour, **style)
+            handles.append(Line2D([], [], color=colour, linewidth=thick, linestyle=dashes, label=label))
+    order = np.flatnonzero(joint)[np.argsort(opening[joint])]
+    shades, widths = ([scale[c] for c in category[order]] for scale in (CATEGORY_COLOURS, _THICKNESS))
+    sheet.add_lines(ax, segment[order], colors=shades, linewidths=widths, capstyle="round", zorder=4, label="cracks")
     edges = [sheet.plain_number(limit * sheet.MM) for limit in table.limits]
+    names = [f"below {edges[0]} mm", *(f"from {edge} mm" for edge in edges)]
     for c in np.unique(category[joint]):
-        of = f" (category {c})" if table.category_names else ""
-        names = [f"below {edges[0]} mm", *(f"from {edge} mm" for edge in edges)]
-        handles.insert(
-            int(c), Line2D([], [], color=CATEGORY_COLOURS[c], linewidth=_THICKNESS[c], label=f"{names[c]}{of}")
-        )
+        label = names[c] + (f" (category {c})" if table.category_names else "")
+        handles.insert(int(c), Line2D([], [], color=CATEGORY_COLOURS[c], linewidth=_THICKNESS[c], label=label))
     sheet.elevation(ax)
     ax.autoscale_view()
     ax.margins(0.03)
@@ -128,15 +117,7 @@ def _number(ax: Axes, traced: WallCracks, increment: int) -> None:
         free = [p for p in ring if all(np.hypot(p[0] - a, p[1] - b) > apart for a, b in numbers)]
         inside = [p for p in free if left < p[0] < right and bottom < p[1] < top - 0.3 * apart]
         numbers.append([*inside, *free, ring[-1]][0])
-        ax.annotate(
-            str(crack["crack"]),
-            (x, y),
-            numbers[-1],
-            fontsize=sheet.small(ax),
-            ha="center",
-            va="center",
-            zorder=6,
-            annotation_clip=False,
-            bbox={"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": "black", "linewidth": 0.6},
-            arrowprops={"arrowstyle": "-", "linewidth": 0.6, "color": "black"},
-        )
+        style: dict[str, Any] = {"ha": "center", "va": "center", "zorder": 6, "annotation_clip": False}
+        style["bbox"] = {"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": "black", "linewidth": 0.6}
+        style["arrowprops"] = {"arrowstyle": "-", "linewidth": 0.6, "color": "black"}
+        ax.annotate(str(crack["crack"]), (x, y), numbers[-1], fontsize=sheet.small(ax), **style)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
@@ -28,21 +27,17 @@ _NEEDED = (
 
 @dataclass(frozen=True)
 class Deformed:
-    """A wall at one increment, drawn with its displacements multiplied by a factor.
-
-    Corners of the blocks before any movement (v, 2) (m) and their blocks (v,); blocks without zones, and blocks of the
-    footing (n,); on soil the upward displacement (m) of the footing under dead load, the datum of displacements.
-    """
+    """A wall at one increment, drawn with its displacements multiplied by a factor."""
 
     ds: xr.Dataset
     increment: int
     motion: geometry.Motion
-    points: FloatArray
-    block: IntArray
+    points: FloatArray  # (v, 2): corners of the blocks before any movement (m)
+    block: IntArray  # (v,): block of each corner
     factor: float
-    rigid: BoolArray
-    footing: BoolArray
-    datum: float | None = None
+    rigid: BoolArray  # (n,): blocks without zones
+    footing: BoolArray  # (n,): blocks of the footing
+    datum: float | None = None  # on soil the upward displacement of the footing under dead load (m)
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int, exaggeration: float | None) -> Deformed:
@@ -98,19 +93,14 @@ class Deformed:
 
     def gaps(self, faces: geometry.Faces) -> FloatArray:
         """Gap between the two blocks of each interface as drawn: quadrilaterals (m, 4, 2)."""
-        sides = faces.neighbours(self.points, self.block)
+        start, end, sides = faces.joints.start, faces.joints.end, faces.joints.blocks.T
 
         def shown(side: int, place: FloatArray) -> FloatArray:
             # where one side was not found, the other stands for both
             block = np.where(sides[side] >= 0, sides[side], sides[1 - side])
             return place + self.factor * self.motion.at(block, place) * (block >= 0)[:, None]
 
-        return np.stack((shown(0, faces.start), shown(0, faces.end), shown(1, faces.end), shown(1, faces.start)), 1)
-
-    @property
-    def title(self) -> str:
-        """Name of the wall."""
-        return sheet.title_of(self.ds, "wall")
+        return np.stack((shown(0, start), shown(0, end), shown(1, end), shown(1, start)), 1)
 
     @property
     def scale(self) -> str:
@@ -123,7 +113,7 @@ class Deformed:
     def unbroken(self) -> FloatArray:
         """Both faces, as drawn, of the middles of bricks that have not broken (k, 4, 2) (m)."""
         faces = self.faces
-        return self.gaps(faces.pick((faces.kind == ContactKind.BRICK_JOINT) & (faces.crack <= HAIRLINE)))
+        return self.gaps(faces.pick((faces.joints.kind == ContactKind.BRICK_JOINT) & (faces.crack <= HAIRLINE)))
 
     def sheet_height(self, room: float) -> float:
         """Height (inches) of a sheet 10 wide, with room for title, axis, colour bar and legend."""
@@ -133,14 +123,11 @@ class Deformed:
         """Fill the rigid blocks with one colour, or one per block; segments of a footing are grey."""
         segments = [self.outlines[i] for i in np.flatnonzero(self.rigid & self.footing)]
         if segments:
-            ax.add_collection(
-                PolyCollection(segments, facecolors=FOOTING_COLOUR, zorder=2, label="footing", snap=False)
-            )
+            sheet.add_shapes(ax, segments, facecolors=FOOTING_COLOUR, zorder=2, label="footing", snap=False)
         chosen = [self.outlines[i] for i in np.flatnonzero(self.rigid & ~self.footing)]
         if chosen:
-            blocks = PolyCollection(chosen, edgecolors="none", zorder=2, label="rigid blocks", snap=False)
-            blocks.set_facecolor(colours)
-            ax.add_collection(blocks)
+            style = {"facecolors": colours, "edgecolors": "none", "zorder": 2, "snap": False}
+            sheet.add_shapes(ax, chosen, label="rigid blocks", **style)
 
     def draw_outlines(self, ax: Axes) -> None:
         """Draw the edges of all blocks, and both faces of open joints: mortar black, the dpc in its colour."""
@@ -153,17 +140,17 @@ class Deformed:
             lines = list(sides[near > 1e-6 * float(np.ptp(self.points))])
         if not self.rigid.all():
             lines += list(self.gridpoints[self.zones.rims()])
-        ax.add_collection(LineCollection(lines, colors=OUTLINE_COLOUR, linewidths=0.25, zorder=3, label="outlines"))
+        sheet.add_lines(ax, lines, colors=OUTLINE_COLOUR, linewidths=0.25, zorder=3, label="outlines")
         faces = self.faces
         parts = (
-            ("cracks", faces.pick(faces.is_mortar & (faces.crack > HAIRLINE)), "black"),
-            ("dpc opening", faces.pick(faces.is_dpc & (faces.opening > HAIRLINE)), DPC_COLOUR),
+            ("cracks", faces.pick(faces.joints.is_masonry & (faces.crack > HAIRLINE)), "black"),
+            ("dpc opening", faces.pick(faces.joints.is_dpc & (faces.opening > HAIRLINE)), DPC_COLOUR),
         )
         for label, chosen, colour in parts:
-            if len(chosen.kind):
+            if len(chosen.crack):
                 gaps = self.gaps(chosen)
                 sides = np.stack((gaps[:, :2], gaps[:, 2:]), axis=1).reshape(-1, 2, 2)
-                ax.add_collection(LineCollection(list(sides), colors=colour, linewidths=0.6, zorder=4, label=label))
+                sheet.add_lines(ax, sides, colors=colour, linewidths=0.6, zorder=4, label=label)
 
     def finish(self, ax: Axes) -> None:
         """Set the axes, and draw the scale bar of displacements."""

@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PolyCollection
 from matplotlib.colors import BoundaryNorm, to_rgba_array
 from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
@@ -32,7 +31,6 @@ BEDS = {"dpc": ContactKind.DPC, "footing": ContactKind.FOOTING_INTERFACE}
 SHOWN_SHARE = 0.4
 """Widest opening over the threshold from which the threshold is drawn: a lower one would lie on the axis."""
 _PLACES = ("block", "contact", "zone", "gridpoint")
-_FIELDS = [(place,) for place in _PLACES]
 
 
 @checked
@@ -118,7 +116,8 @@ def draw(
 
 def _drawable(values: xr.DataArray) -> bool:
     """Whether a variable is a number of blocks, contacts, zones or gridpoints, or of each increment."""
-    return np.issubdtype(values.dtype, np.number) and ("increment" in values.dims or values.dims in _FIELDS)
+    of_parts = len(values.dims) == 1 and values.dims[0] in _PLACES
+    return np.issubdtype(values.dtype, np.number) and ("increment" in values.dims or of_parts)
 
 
 def _units(ds: xr.Dataset, name: str) -> str:
@@ -127,12 +126,7 @@ def _units(ds: xr.Dataset, name: str) -> str:
 
 
 def _draw_stress(
-    ds: xr.Dataset,
-    variable: str,
-    ax: Axes | None,
-    increment: int,
-    exaggeration: float | None,
-    levels: Sequence[float] | FloatArray | None,
+    ds: xr.Dataset, variable: str, ax: Axes | None, increment: int, exaggeration: float | None, levels: Any
 ) -> Axes:
     check_stress(ds)
     component = variable.removeprefix("stress_")
@@ -160,7 +154,9 @@ def _draw_stress(
     bar = sheet.bar_below(ax, ScalarMappable(norm, palette), "MPa, tension positive", extend="both", spacing="uniform")
     bar.set_ticks(list(limits[:: 1 + len(limits) // 8]))
     reach = f"{_signed(every.min())} to {_signed(every.max())} MPa"
-    sheet.set_title(ax, wall.title, f"{STRESSES[variable]}, at {sheet.moved_to(ds, increment)}: {reach}", wall.scale)
+    sheet.set_title(
+        ax, sheet.title_of(ds, "wall"), f"{STRESSES[variable]}, at {sheet.moved_to(ds, increment)}: {reach}", wall.scale
+    )
     return ax
 
 
@@ -179,13 +175,10 @@ def _draw_field(ds: xr.Dataset, variable: str, ax: Axes | None, increment: int, 
     flags = [str(word).replace("_", " ") for word in str(field.attrs.get("flag_meanings", "")).split()]
     if flags:
         names, palette = _flag_colours(variable, flags)
-        shades = to_rgba_array(list(palette))[values.astype(np.int64)]
-        count = np.bincount(values.astype(np.int64), minlength=len(names))
-        handles = [
-            Patch(facecolor=colour, edgecolor="0.6", linewidth=0.5, label=f"{name}: {number}")
-            for name, colour, number in zip(names, palette, count)
-            if number
-        ]
+        shades = to_rgba_array(palette)[values.astype(np.int64)]
+        counted = zip(names, palette, np.bincount(values.astype(np.int64)))
+        edge: dict[str, Any] = {"edgecolor": "0.6", "linewidth": 0.5}
+        handles = [Patch(facecolor=shade, label=f"{name}: {count}", **edge) for name, shade, count in counted if count]
         sheet.legend_below(ax, handles, 3, 0.65, left=True)
         reach = ""
     else:
@@ -200,7 +193,7 @@ def _draw_field(ds: xr.Dataset, variable: str, ax: Axes | None, increment: int, 
     wall.draw_outlines(ax)
     wall.finish(ax)
     moved = f" at {sheet.moved_to(ds, increment)}" if "increment" in field.dims else ""
-    sheet.set_title(ax, wall.title, f"{words}{moved}{reach}", wall.scale)
+    sheet.set_title(ax, sheet.title_of(ds, "wall"), f"{words}{moved}{reach}", wall.scale)
     return ax
 
 
@@ -208,21 +201,19 @@ def _flag_colours(variable: str, flags: list[str]) -> tuple[list[str], list[str]
     """Names and colours of the values of a variable that has flags."""
     if variable == "zone_state":
         return [name for name, _ in colours.ZONE_STATES], [colour for _, colour in colours.ZONE_STATES]
-    palette = (
-        colours.STATE_COLOURS if variable == "contact_state" else [colour for colour, _ in colours.OPENING_STYLES] * 2
-    )
-    return flags, list(palette[: len(flags)])
+    others = tuple(colour for colour, _ in colours.OPENING_STYLES) * 2
+    return flags, list((colours.STATE_COLOURS if variable == "contact_state" else others)[: len(flags)])
 
 
 def _fill(ax: Axes, wall: Deformed, place: Any, values: FloatArray, shades: FloatArray) -> None:
     """Fill blocks or zones, or draw points at contacts or gridpoints, in their colours."""
     style: dict[str, Any] = {"facecolors": shades, "edgecolors": shades, "linewidths": 0.1, "zorder": 2, "snap": False}
     if place == "block":
-        ax.add_collection(PolyCollection(wall.outlines, label="blocks", **style))
+        sheet.add_shapes(ax, wall.outlines, label="blocks", **style)
         return
     wall.draw_rigid(ax, "white")
     if place == "zone":
-        ax.add_collection(PolyCollection(list(wall.gridpoints[wall.zones.corners]), label="zones", **style))
+        sheet.add_shapes(ax, wall.gridpoints[wall.zones.corners], label="zones", **style)
         return
     points = wall.gridpoints if place == "gridpoint" else _contacts(wall)
     finite = np.isfinite(values)
@@ -234,7 +225,7 @@ def _contacts(wall: Deformed) -> FloatArray:
     """Contacts as drawn, (c, 2) (m): midway between the two blocks."""
     place = np.column_stack([wall.ds[f"contact_{axis}"].values for axis in "xy"])
     _, face = np.unique(wall.ds["contact_interface"].values, return_inverse=True)
-    sides = [side[face] for side in wall.faces.neighbours(wall.points, wall.block)]
+    sides = wall.faces.joints.blocks[face].T
     moved = [wall.motion.at(np.maximum(side, 0), place) * (side >= 0)[:, None] for side in sides]
     count = np.maximum(sum((side >= 0).astype(float) for side in sides), 1.0)
     return np.asarray(place + wall.factor * (moved[0] + moved[1]) / count[:, None])
@@ -313,10 +304,8 @@ def _draw_over_movement(ds: xr.Dataset, variable: str, ax: Axes | None, against:
     by = against or ("time" if is_dynamic(ds) else movement_measure(ds))
     if by not in ds.variables or ds[by].dims != ("increment",):
         names = [str(name) for name in ds.variables if ds[name].dims == ("increment",)]
-        raise InputError(
-            f"against = '{by}': must be a variable with one value at each increment, such as {', '.join(names)}."
-            + nearest(by, names)
-        )
+        allowed = f"must be a variable with one value at each increment, such as {', '.join(names)}."
+        raise InputError(f"against = '{by}': {allowed}{nearest(by, names)}")
     first = ax is None or not ax.lines
     ax = sheet.axes_or_new(ax, 8.0, 5.0)
     (factor, unit), (x_factor, x_unit) = (sheet.shown_unit(_units(ds, name)) for name in (variable, by))

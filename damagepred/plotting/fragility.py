@@ -32,6 +32,7 @@ DIMMED = 0.35
 LEVELS, LINES = np.linspace(0.0, 1.0, 11), (0.1, 0.5, 0.9)
 """Limits of the bands of colour of a surface, and probabilities with a line."""
 
+_POINTS: dict[str, Any] = {"marker": "o", "linestyle": "none", "markersize": 4}
 _SECOND = {"Pa": (1e-6, "MPa"), "m": (1.0, "m"), "Pa m-1": (1e-9, "GPa/m"), "Pa/m": (1e-9, "GPa/m"), "1": (1.0, "")}
 _CURVES = ("probability", "probability_lower", "probability_upper", "median", "dispersion", "fit_status", "intensity")
 _SURFACE = ("probability", "median", "median_lower", "median_upper", "second", "intensity")
@@ -87,9 +88,7 @@ def draw_fragility(
             _draw_shares(ax, curves, curve["empirical"].values, scale, colour)
         name = f"category {int(category)} ({_name(curves, number)})"
         if status not in (*WITH_CURVE, EMPIRICAL):
-            mark: dict[str, Any] = (
-                {"marker": "o", "linestyle": "none", "markersize": 4} if "movements" in curves.attrs else {}
-            )
+            mark: dict[str, Any] = _POINTS if "movements" in curves.attrs else {}
             handles.append(Line2D([], [], color=colour, linewidth=0.9, label=f"{name}: no curve, {status}", **mark))
             continue
         between = status == EMPIRICAL and "movements" in curves.attrs
@@ -97,26 +96,17 @@ def draw_fragility(
         # without a form the shares are known at the increments alone: linear between them
         points = _at_increments(curves) if between else slice(None)
         lower, upper = curve["probability_lower"].values[points], curve["probability_upper"].values[points]
-        ax.fill_between(
-            x[points], lower, upper, color=colour, alpha=0.18, linewidth=0, zorder=1, step="post" if steps else None
-        )
+        band: dict[str, Any] = {"color": colour, "alpha": 0.18, "linewidth": 0, "step": "post" if steps else None}
+        ax.fill_between(x[points], lower, upper, zorder=1, **band)
         if "probability_failed_undamaged" in curve:
             least, most = (curve[f"probability_failed_{end}"].values for end in ("undamaged", "damaged"))
-            ax.fill_between(
-                x, least, most, facecolor="none", edgecolor=colour, hatch="////", linewidth=0, alpha=0.5, zorder=2
-            )
+            hatched: dict[str, Any] = {"facecolor": "none", "edgecolor": colour, "hatch": "////", "linewidth": 0}
+            ax.fill_between(x, least, most, alpha=0.5, zorder=2, **hatched)
         doubtful = "p_value" in curve and float(curve["p_value"]) < DOUBTFUL
-        handles += ax.plot(
-            x[points],
-            curve["probability"].values[points],
-            color=colour,
-            linestyle=style,
-            linewidth=2.0,
-            alpha=DIMMED if doubtful else 1.0,
-            zorder=4,
-            drawstyle="steps-post" if steps else "default",
-            label=f"{name}: {_parameters(curve, float(x[-1]), scale, in_metres)}{'; doubtful fit' * doubtful}",
-        )
+        line: dict[str, Any] = {"color": colour, "linestyle": style, "linewidth": 2.0, "zorder": 4}
+        line |= {"alpha": DIMMED if doubtful else 1.0, "drawstyle": "steps-post" if steps else "default"}
+        words = f"{_parameters(curve, float(x[-1]), scale, in_metres)}{'; doubtful fit' * doubtful}"
+        handles += ax.plot(x[points], curve["probability"].values[points], label=f"{name}: {words}", **line)
     ax.set_xlim(float(x[0]), float(x[-1]))
     ax.set_ylim(0.0, 1.0)
     sheet.grid(ax)
@@ -140,8 +130,7 @@ def _draw_shares(ax: Axes, curves: xr.Dataset, share: FloatArray, scale: float, 
         ax.plot(x, share, color=colour, linewidth=0.9, alpha=0.7, drawstyle="steps-post", zorder=3)
         return
     shown = share[_at_increments(curves)]
-    style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4, "zorder": 3}
-    ax.plot(curves.attrs["movements"] * scale, shown, color=colour, alpha=0.7, **style)
+    ax.plot(curves.attrs["movements"] * scale, shown, color=colour, alpha=0.7, zorder=3, **_POINTS)
 
 
 def _name(curves: xr.Dataset, number: int) -> str:
@@ -150,6 +139,7 @@ def _name(curves: xr.Dataset, number: int) -> str:
     return flag_name(curves, int(curves["category"].values[number]))
 
 
+_LIMIT: dict[str, Any] = {"color": "0.45", "linewidth": 0.8, "linestyle": ":", "zorder": 2}
 _OTHER_UNITS = {"m-1": "1/m", "year": "years"}
 """Units of movements that are neither lengths nor ratios."""
 
@@ -187,18 +177,18 @@ def _mark_limits(ax: Axes, span: float) -> None:
     last = -np.inf
     for limit in sorted(construction_limits().values(), key=lambda limit: limit.value(span, span)):
         at = span * limit.value(span, span) * sheet.MM
-        if low < at < high:
-            ax.axvline(at, color="0.45", linewidth=0.8, linestyle=":", zorder=2)
-        if low < at < high and at - last > 0.03 * (high - low):
-            words: dict[str, Any] = {
-                "ha": "right",
-                "va": "top",
-                "rotation": 90,
-                "fontsize": sheet.small(ax),
-                "color": "0.35",
-            }
-            ax.text(at, 0.985, f"L/{limit.one_in[0]:.0f}", transform=ax.get_xaxis_transform(), **words)
+        if not low < at < high:
+            continue
+        ax.axvline(at, **_LIMIT)
+        if at - last > 0.03 * (high - low):
+            _write_at_top(ax, at, f"L/{limit.one_in[0]:.0f}", ha="right", rotation=90)
             last = at
+
+
+def _write_at_top(ax: Axes, x: float, words: str, **style: Any) -> None:
+    """Write below the frame's top, where few curves run."""
+    place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "va": "top", "color": "0.35"}
+    ax.annotate(words, (x, 0.985), fontsize=sheet.small(ax), **place, **style)
 
 
 def _mark_site_classes(ax: Axes) -> None:
@@ -209,17 +199,8 @@ def _mark_site_classes(ax: Axes) -> None:
         if left >= right:
             continue
         if right < high:
-            ax.axvline(right, color="0.45", linewidth=0.8, linestyle=":", zorder=2)
-        # below the frame's top, where few curves run
-        ax.annotate(
-            site.name,
-            ((left + right) / 2.0, 0.985),
-            xycoords=("data", "axes fraction"),
-            ha="center",
-            va="top",
-            fontsize=sheet.small(ax),
-            color="0.35",
-        )
+            ax.axvline(right, **_LIMIT)
+        _write_at_top(ax, (left + right) / 2.0, site.name, ha="center")
 
 
 def label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
@@ -280,7 +261,10 @@ def _draw_surface(surface: xr.Dataset, ax: Axes | None) -> Axes:
     category = f"category {int(surface.attrs['category'])} ({name})"
     second = str(surface.attrs["second_variable"]).replace("_", " ").replace(".", ", ")
     if str(surface["fit_status"].item()) not in WITH_CURVE:
-        sheet.say_nothing_to_draw(ax, f"no surface: {surface['fit_status'].item()}")
+        ax.set_xticks([])
+        ax.set_yticks([])
+        words: dict[str, Any] = {"transform": ax.transAxes, "ha": "center", "va": "center", "wrap": True}
+        ax.text(0.5, 0.5, f"no surface: {surface['fit_status'].item()}", fontsize=1.2 * sheet.text_size(ax), **words)
     else:
         filled = ax.contourf(x, y, surface["probability"].values, LEVELS, cmap="YlOrRd", zorder=1)
         ax.contour(x, y, surface["probability"].values, LINES, colors="black", linewidths=[0.8, 1.6, 0.8], zorder=3)
@@ -294,9 +278,8 @@ def _draw_surface(surface: xr.Dataset, ax: Axes | None) -> Axes:
             dashed: dict[str, Any] = {"color": "black", "linestyle": "--", "linewidth": 1.0}
             for end in ("lower", "upper"):
                 ax.plot(scale * surface[f"median_{end}"].values, y, zorder=3, **dashed)
-            handles.append(
-                Line2D([], [], label=f"{float(surface.attrs['confidence']):.0%} band of the median", **dashed)
-            )
+            label = f"{float(surface.attrs['confidence']):.0%} band of the median"
+            handles.append(Line2D([], [], label=label, **dashed))
         ax.set_xlim(x[0], x[-1])
         ax.set_ylim(y[0], y[-1])
         label_intensity(ax, surface, in_metres)

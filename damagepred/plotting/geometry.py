@@ -9,13 +9,11 @@ import xarray as xr
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import JointMap
-from damagepred.enumerations import MASONRY, ContactKind
+from damagepred.enumerations import ContactKind
 from damagepred.plotting.sheet import round_numbers
 
 FINITE_ROTATION = 0.02
 """Rotation (rad) from which it is drawn in full, not to first order."""
-NO_BLOCK = -1
-"""Stands for the ground, and for a block that could not be found."""
 DRAWN_DISPLACEMENT, LARGEST_EXAGGERATION = 0.045, 1000.0
 """Largest displacement on the drawing as a fraction of the wall's length, and largest factor for it."""
 
@@ -59,97 +57,37 @@ def polygons(points: FloatArray, block: IntArray) -> list[FloatArray]:
 
 @dataclass(frozen=True)
 class Faces:
-    """The m interfaces of a wall at an increment.
+    """The m interfaces of a wall at an increment, with widths (m,) up to the joints' ends (m)."""
 
-    Ends before any movement and unit normals from block a to block b, (m, 2); flag of ``contact_kind``; widest opening
-    (m), up to the joint's ends, 0 where it is closed; the same where the bond is broken; largest plastic slip of a
-    closed contact (m).
-    """
-
-    start: FloatArray
-    end: FloatArray
-    normal: FloatArray
-    kind: IntArray
-    opening: FloatArray
-    crack: FloatArray
-    slip: FloatArray
+    joints: JointMap
+    opening: FloatArray  # widest opening, 0 where the joint is closed
+    crack: FloatArray  # widest opening where the bond is broken
+    slip: FloatArray  # largest plastic slip of a closed contact
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int) -> Faces:
         """Contacts gathered by interface at the increment with that position."""
-        joints = JointMap.from_dataset(ds)
-        shape = joints.contact_x.shape
+        joints = JointMap.from_dataset(ds, with_blocks=True)
 
         def values(name: str) -> FloatArray:
-            return np.asarray(ds[f"contact_{name}"].values[increment]).reshape(shape)
+            return np.asarray(ds[f"contact_{name}"].values[increment]).reshape(joints.contact_x.shape)
 
         gap = joints.widest(values("opening"))
-        crack = np.where(values("state") == 1, gap, 0.0)
-        slip = np.zeros(shape)
+        crack, slip = np.where(values("state") == 1, gap, 0.0), np.zeros(gap.shape)
         if "contact_slip" in ds.variables:
             slip = np.where(values("opening") <= 0.0, np.abs(values("slip")), 0.0)
-        normal = np.column_stack([ds[f"contact_normal_{axis}"].values.reshape(shape)[:, 0] for axis in "xy"])
-        widest = (field.max(axis=1, initial=0.0) for field in (gap, crack, slip))
-        return cls(joints.start, joints.end, normal, joints.kind.astype(np.int64), *widest)
-
-    @property
-    def middle_y(self) -> FloatArray:
-        """Height of the middle before any movement (m), (m,)."""
-        return (self.start[:, 1] + self.end[:, 1]) / 2
-
-    @property
-    def is_mortar(self) -> BoolArray:
-        """Mortar joints between bricks, and potential cracks of bricks."""
-        return np.isin(self.kind, MASONRY)
-
-    @property
-    def is_footing(self) -> BoolArray:
-        """Interfaces between wall and footing."""
-        return self.kind == ContactKind.FOOTING_INTERFACE
-
-    @property
-    def is_dpc(self) -> BoolArray:
-        """Interfaces of the dpc."""
-        return self.kind == ContactKind.DPC
-
-    @property
-    def is_control(self) -> BoolArray:
-        """Interfaces in control joints."""
-        return self.kind == ContactKind.CONTROL_JOINT
+        return cls(joints, *(field.max(axis=1, initial=0.0) for field in (gap, crack, slip)))
 
     def pick(self, chosen: BoolArray) -> Faces:
         """Interfaces where ``chosen`` (m,) is True."""
-        return Faces(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
-
-    def neighbours(self, points: FloatArray, block: IntArray) -> tuple[IntArray, IntArray]:
-        """Blocks a and b on either side, each (m,), -1 for the ground; see ``block_at`` for the arguments."""
-        middle = (self.start + self.end) / 2
-        step = self.normal * 1e-3 * np.hypot(*(self.end - self.start).T)[:, None]
-        return block_at(middle - step, points, block), block_at(middle + step, points, block)
-
-
-def block_at(places: FloatArray, points: FloatArray, block: IntArray) -> IntArray:
-    """Convex block at each place (p, 2), -1 without any; corners (v, 2) counter-clockwise, block by block."""
-    first = np.concatenate(([0], np.flatnonzero(np.diff(block)) + 1))
-    following = np.arange(1, len(points) + 1)
-    following[np.append(first[1:], len(points)) - 1] = first
-    edge = points[following] - points
-    blocks = np.full(len(places), NO_BLOCK, dtype=np.int64)
-    for rows in np.array_split(np.arange(len(places)), len(places) // 256 + 1):
-        arm = places[rows, None, :] - points
-        left_of = edge[:, 0] * arm[..., 1] - edge[:, 1] * arm[..., 0] >= 0.0
-        inside = np.logical_and.reduceat(left_of, first, axis=1)
-        blocks[rows] = np.where(inside.any(axis=1), block[first[inside.argmax(axis=1)]], NO_BLOCK)
-    return blocks
+        return Faces(self.joints.part(chosen), self.opening[chosen], self.crack[chosen], self.slip[chosen])
 
 
 def footing_blocks(ds: xr.Dataset) -> BoolArray:
     """Blocks of the footing, (n,); no block where the ground moves the wall's underside."""
-    faces, (points, block) = Faces.of(ds, 0), corners(ds)
-    beside = np.zeros(ds.sizes["block"], dtype=np.bool_)
-    below, _ = faces.pick(faces.is_footing).neighbours(points, block)
-    under = faces.pick(np.isin(faces.kind, (ContactKind.FOOTING_SECTION, ContactKind.SOIL, ContactKind.SUPPORT)))
-    for side in (below, *under.neighbours(points, block)):
+    joints, beside = JointMap.from_dataset(ds, with_blocks=True), np.zeros(ds.sizes["block"], dtype=np.bool_)
+    under = np.isin(joints.kind, (ContactKind.FOOTING_SECTION, ContactKind.SOIL, ContactKind.SUPPORT))
+    for side in (joints.blocks[joints.footing, 0], *joints.blocks[under].T):
         beside[side[side >= 0]] = True
     return beside & (ds["block_course"].values < 0)
 
@@ -159,20 +97,15 @@ def ground_profile(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Ground under a wall from left to right: place, height and upward displacement, each (g,) in m.
 
-    It is the underside of the wall less the opening of the footing's interface; of soil, which gives under a footing
-    (``ContactKind.SOIL``), the surface as it would be without the footing.
+    Underside of the wall less the opening of the footing's interface; of soil the surface without the footing.
     """
     footing = np.flatnonzero(ds["contact_kind"].values == kind)
     if not footing.size:
         return np.empty(0), np.empty(0), np.empty(0)
     place = np.column_stack([ds[f"contact_{axis}"].values[footing] for axis in "xy"])
-    face = ds["contact_interface"].values[footing]
-    # a contact at a corner belongs to the block over the middle of its interface
-    _, which = np.unique(face, return_inverse=True)
-    count = np.bincount(which)
-    middle = np.column_stack([np.bincount(which, along) / count for along in place.T])
-    reach = np.bincount(which, ds["contact_length"].values[footing])
-    above = block_at(middle + np.column_stack((0 * reach, 1e-3 * reach)), *corners(ds))[which]
+    joints, face = JointMap.from_dataset(ds, with_blocks=True), ds["contact_interface"].values[footing]
+    upwards = joints.end[face, 0] > joints.start[face, 0]  # the normal points up, from the first block to the second
+    above = np.where(upwards, joints.blocks[face, 1], joints.blocks[face, 0])
     rise = Motion.of(ds, increment).at(above, place)[:, 1]
     rise = rise - ds["contact_opening"].values[increment, footing]
     x, which = np.unique(np.round(place[:, 0], 9), return_inverse=True)

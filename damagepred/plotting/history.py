@@ -44,12 +44,8 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     >>> ax.get_xlabel()
     'central deflection (mm)'
     """
-    movement = [] if is_house(ds) else ["central_deflection"]
-    require(
-        ds,
-        ("crack_width_max", "dpc_opening_max", "damage_category", *movement),
-        "the result of one wall (`damagepred solve`)",
-    )
+    needed = ("crack_width_max", "dpc_opening_max", "damage_category", *["central_deflection"] * (not is_house(ds)))
+    require(ds, needed, "the result of one wall (`damagepred solve`)")
     ax = axes_or_new(ax, 8.5, 5.0)
     table, in_stages = table_of(ds), "crack_width_worst" in ds.variables
     x = ds["time"].values if is_dynamic(ds) else ds[movement_measure(ds)].values * MM
@@ -65,36 +61,40 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     has_footing = "contact_kind" in ds.variables and "footing" in shown_gaps(ds)
     category = ds["damage_category"].values
     colours = [CATEGORY_COLOURS[max(int(c), 0)] for c in category]
-    ax.plot(
-        x, crack, color="black", linewidth=1.6, zorder=4, label=f"widest crack{' above the dpc' if has_dpc else ''}"
-    )
+    label = f"widest crack{' above the dpc' * has_dpc}"
+    ax.plot(x, crack, color="black", linewidth=1.6, zorder=4, label=label)
     ax.scatter(x, crack, c=colours, edgecolors="black", s=32, zorder=5, clip_on=False)
     marked: dict[str, Any] = {"linewidth": 1.6, "linestyle": "--", "markersize": 4, "zorder": 4}
+    of_dpc, of_footing = (
+        {**marked, "color": colour, "marker": marker}
+        for colour, marker in ((DPC_COLOUR, "s"), (FOOTING_GAP_COLOUR, "^"))
+    )
     thin: dict[str, Any] = {"linewidth": 1.2, "zorder": 3}
     drawn = [crack]
     if in_stages:
         ax.plot(x, width("crack_width_worst"), label="widest so far", color="0.55", **thin)
         for last in np.flatnonzero(np.diff(ds["progress"].values[:-1]) * np.diff(ds["progress"].values[1:]) < 0) + 1:
             ax.axvline(x[last], color="0.6", linewidth=0.8, linestyle=":")
-    dpc, band, base = (width(name) for name in ("dpc_opening_max", "crack_band_width_max", "base_crack_width_max"))
-    gap = width("footing_opening_max")
-    for values, shown, label, style in (
-        (dpc, has_dpc, "widest dpc opening", marked | {"color": DPC_COLOUR, "marker": "s"}),
-        (band, (band > crack + visible).any(), "widest crack band", thin | {"color": "black", "linestyle": "-."}),
+    for name, known, least, label, style in (
+        ("dpc_opening_max", has_dpc, -1.0, "widest dpc opening", of_dpc),
         (
-            gap,
-            has_footing and gap.max(initial=0.0) > visible,
-            "widest gap on the footing",
-            marked | {"color": FOOTING_GAP_COLOUR, "marker": "^"},
+            "crack_band_width_max",
+            True,
+            crack + visible,
+            "widest crack band",
+            thin | {"color": "black", "linestyle": "-."},
         ),
+        ("footing_opening_max", has_footing, visible, "widest gap on the footing", of_footing),
         (
-            base,
-            base.max(initial=0.0) > visible,
+            "base_crack_width_max",
+            True,
+            visible,
             "widest crack below the dpc",
             thin | {"color": "0.35", "linestyle": ":"},
         ),
     ):
-        if shown:
+        values = width(name)
+        if known and (values > least).any():
             ax.plot(x, values, label=label, **style)
             drawn.append(values)
     width_scale(ax, np.concatenate(drawn), table, "width")
@@ -107,11 +107,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     else:
         label_movement(ax, movement_words(ds))
     legend_below(ax, ax.get_legend_handles_labels()[0])
-    set_title(
-        ax,
-        title_of(ds, "wall"),
-        (f"bands: crack widths by {table.name}; " if table.category_names else "")
-        + "marks on the black line: the wall's category"
-        + not_reached(ds, int(category.max())),
-    )
+    bands = f"bands: crack widths by {table.name}; " if table.category_names else ""
+    marks = f"marks on the black line: the wall's category{not_reached(ds, int(category.max()))}"
+    set_title(ax, title_of(ds, "wall"), bands + marks)
     return ax

@@ -9,28 +9,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
+from damagepred.plotting import sheet
 from damagepred.plotting.categories import name_of, table_of
 from damagepred.plotting.colours import BRICK_COLOURS, BRICK_EDGE, CATEGORY_COLOURS, FOOTING_COLOUR
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, polygons
-from damagepred.plotting.sheet import (
-    MM,
-    axes_or_new,
-    elevation,
-    figure_of,
-    height_to_scale,
-    legend_below,
-    moved_to,
-    set_title,
-    small,
-    title_of,
-    verbatim,
-)
+from damagepred.plotting.sheet import MM, small
 from damagepred.results.house import house_of, unfolded, unfolded_places
 from damagepred.scene import House
 from damagepred.scene.plan import PlanWall
@@ -45,7 +33,7 @@ MARGIN = 0.2
 
 def draw_plan(house: House, ds: xr.Dataset | None = None, ax: Axes | None = None) -> Axes:
     """Plan of a house on the movement of its ground; with its result, walls have the colour of their category."""
-    ax, outline, mound = axes_or_new(ax, 8.0, 6.5), house.outline, house.mound
+    ax, outline, mound = sheet.axes_or_new(ax, 8.0, 6.5), house.outline, house.mound
     margin = MARGIN * max(outline.size)
     low, high = np.array(outline.low) - margin, np.array(outline.high) + margin
     sources = [(one.shape, one.point) for one in (mound, *house.source) if one.point is not None]
@@ -63,7 +51,7 @@ def draw_plan(house: House, ds: xr.Dataset | None = None, ax: Axes | None = None
     if np.nanmax(np.abs(rise)) > 0.0:
         most = float(np.nanmax(np.abs(rise)))
         ground = ax.contourf(x, y, rise, levels=12, cmap="BrBG", vmin=-most, vmax=most, alpha=0.55)
-        figure_of(ax).colorbar(ground, ax=ax, label="movement of the ground, up positive (mm)", shrink=0.75)
+        sheet.figure_of(ax).colorbar(ground, ax=ax, label="movement of the ground, up positive (mm)", shrink=0.75)
     for shape, point in sources:
         ax.plot(*point, "^", color="black", markersize=8)
         ax.annotate(shape, point, (6, 6), textcoords="offset points", fontsize=small(ax))
@@ -88,7 +76,7 @@ def draw_plan(house: House, ds: xr.Dataset | None = None, ax: Axes | None = None
     if ds is not None:
         _category_legend(ds, ax, category, 0.5)
     what = f"{len(house.wall)} walls, {len(house.junctions)} corners and T-joints"
-    set_title(ax, verbatim(house.title), what)
+    sheet.set_title(ax, sheet.verbatim(house.title), what)
     return ax
 
 
@@ -96,15 +84,14 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
     """Walls of a house side by side, with cracks in the colour of their category and the widest of each wall."""
     house, drawn = house_of(ds), Deformed.of(unfolded(ds), increment, None)
     places, height = unfolded_places(house), max(wall.height for wall in house.wall)
-    ax = axes_or_new(ax, 10.0, drawn.sheet_height(2.0))
+    ax = sheet.axes_or_new(ax, 10.0, drawn.sheet_height(2.0))
     for chosen, colour in ((~drawn.footing, BRICK_COLOURS[0]), (drawn.footing, FOOTING_COLOUR)):
         shapes = [drawn.outlines[i] for i in np.flatnonzero(chosen)]
-        ax.add_collection(PolyCollection(shapes, facecolors=colour, edgecolors=BRICK_EDGE, linewidths=0.25))
+        sheet.add_shapes(ax, shapes, facecolors=colour, edgecolors=BRICK_EDGE, linewidths=0.25)
     wall_of, cracks = _cracks(ds, drawn)
     gaps = drawn.gaps(cracks)
-    lines = list((gaps[:, :2] + gaps[:, [3, 2]]) / 2)
-    colours = _crack_colours(ds, cracks.crack)
-    ax.add_collection(LineCollection(lines, colors=colours, linewidths=2.2, zorder=4, label="cracks"))
+    middle, colours = (gaps[:, :2] + gaps[:, [3, 2]]) / 2, _crack_colours(ds, cracks.crack)
+    sheet.add_lines(ax, middle, colors=colours, linewidths=2.2, zorder=4, label="cracks")
     widths, categories = (ds[f"wall_{name}"].values[increment] for name in ("crack_width_max", "damage_category"))
     for number, (wall, (left, level)) in enumerate(zip(house.wall, places)):
         words = f"{wall.name}: {MM * widths[number]:.2f} mm, category {categories[number]}"
@@ -112,15 +99,8 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
         own = np.flatnonzero(wall_of == number)
         if own.size:
             widest = own[cracks.crack[own].argmax()]
-            ax.annotate(
-                f"{MM * cracks.crack[widest]:.2f}",
-                gaps[widest].mean(axis=0),
-                (8, -8),
-                textcoords="offset points",
-                fontsize=small(ax),
-                zorder=6,
-                bbox=BOX,
-            )
+            words, place = f"{MM * cracks.crack[widest]:.2f}", gaps[widest].mean(axis=0)
+            ax.annotate(words, place, (8, -8), textcoords="offset points", fontsize=small(ax), zorder=6, bbox=BOX)
     meet: dict[tuple[int, float], list[str]] = {}
     for junction in house.junctions:
         for number, x, other in zip(junction.walls, junction.x, junction.walls[::-1]):
@@ -130,7 +110,7 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
         side = {0.0: "left", round(house.wall[number].length, 3): "right"}.get(x, "center")
         foot = level - house.footing.depth - 0.17 * height
         ax.text(left + x, foot, ", ".join(names), ha=side, va="top", fontsize=0.9 * small(ax), color="0.4")
-    elevation(ax)
+    sheet.elevation(ax)
     ax.set_xlim(min(0.0, drawn.shape[:, 0].min()) - 0.2, drawn.shape[:, 0].max() + 0.2)
     low = min(y for _, y in places) - house.footing.depth - 0.5 * height
     ax.set_ylim(low, 1.1 * height + 0.8)
@@ -138,14 +118,14 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
     ax.plot([0.0, 2.0], [low, low], color="black", linewidth=2.0, solid_capstyle="butt")
     ax.text(2.2, low, "2 m; walls from start to end, below them the walls they meet", va="center", fontsize=small(ax))
     _category_legend(ds, ax, categories)
-    set_title(ax, title_of(ds, "house"), *_worst(ds, drawn))
+    sheet.set_title(ax, sheet.title_of(ds, "house"), *_worst(ds, drawn))
     return ax
 
 
 def _cracks(ds: xr.Dataset, drawn: Deformed) -> tuple[IntArray, Faces]:
     """Number of the wall of each open joint, and the joints."""
     faces, first = drawn.faces, np.unique(ds["contact_interface"].values, return_index=True)[1]
-    cracked = faces.is_mortar & (faces.crack > HAIRLINE)
+    cracked = faces.joints.is_masonry & (faces.crack > HAIRLINE)
     return ds["contact_wall"].values[first][cracked], faces.pick(cracked)
 
 
@@ -158,14 +138,14 @@ def _category_legend(ds: xr.Dataset, ax: Axes, categories: FloatArray, inches: f
     """Legend of the categories up to the worst, below the axes."""
     shown = range(int(max(categories)) + 1)
     lines = [Line2D([], [], color=CATEGORY_COLOURS[c], linewidth=5, label=f"{c} {name_of(ds, c)}") for c in shown]
-    legend_below(ax, lines, inches=inches)
+    sheet.legend_below(ax, lines, inches=inches)
 
 
 def _worst(ds: xr.Dataset, drawn: Deformed) -> tuple[str, str]:
     """Category of the house, by its worst wall, and number of damaged walls in words; movement and scale."""
     worst, damaged = (int(ds[name][drawn.increment]) for name in ("damage_category", "damaged_walls"))
     words = f"worst wall: category {worst} ({name_of(ds, worst)}); {damaged} of {ds.sizes['wall']} walls damaged"
-    return words, f"at {moved_to(ds, drawn.increment)}; {drawn.scale}"
+    return words, f"at {sheet.moved_to(ds, drawn.increment)}; {drawn.scale}"
 
 
 ELEVATION, ACROSS, AWAY = np.radians(38.0), np.array([0.75**0.5, 0.5]), np.array([-0.5, 0.75**0.5])
@@ -187,7 +167,7 @@ def draw_axonometric(
     corner_wall = wall_of[drawn.block]
     lean = _lean(house, drawn.points - places[corner_wall], drawn.shape - drawn.points, corner_wall)
     before = polygons(drawn.points, drawn.block)
-    before += [np.stack((s, e, e, s)) for s, e in zip(cracks.start, cracks.end)]
+    before += [np.stack((s, e, e, s)) for s, e in zip(cracks.joints.start, cracks.joints.end)]
     seen, depth = [], []
     for shape, still, number in zip([*drawn.outlines, *drawn.gaps(cracks)], before, [*wall_of, *crack_wall]):
         wall, (x, z), at = house.wall[number], (shape - places[number]).T, still - places[number]
@@ -199,9 +179,9 @@ def draw_axonometric(
     nearer = np.arange(len(seen)) >= len(wall_of)  # a crack lies over the bricks beside it
     order = np.argsort(0.15 * nearer - np.array(depth), kind="stable")
     faces, edges, lines = zip(*(look[k] for k in order))
-    ax = axes_or_new(ax, 8.0, height_to_scale(np.concatenate(seen), 1.9, 7.6))
+    ax = sheet.axes_or_new(ax, 8.0, sheet.height_to_scale(np.concatenate(seen), 1.9, 7.6))
     style: dict[str, Any] = {"facecolors": faces, "edgecolors": edges, "linewidths": lines, "snap": False}
-    ax.add_collection(PolyCollection([seen[k] for k in order], **style))
+    sheet.add_shapes(ax, [seen[k] for k in order], **style)
     categories = ds["wall_damage_category"].values[increment]
     for number, wall in enumerate(house.wall):
         ends = np.array([wall.start, wall.end])
@@ -213,7 +193,9 @@ def draw_axonometric(
     ax.set_axis_off()
     ax.autoscale_view()
     _category_legend(ds, ax, categories)
-    set_title(ax, title_of(ds, "house"), *_worst(ds, drawn), "dashed: top of the footings before any movement")
+    sheet.set_title(
+        ax, sheet.title_of(ds, "house"), *_worst(ds, drawn), "dashed: top of the footings before any movement"
+    )
     return ax
 
 

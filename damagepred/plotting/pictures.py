@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 from damagepred.archive.files import PICTURES, check_output, write_whole
 from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray
-from damagepred.enumerations import ContactKind
 from damagepred.inputs.arguments import checked
 from damagepred.plotting import sheet
 from damagepred.plotting.analyses import (
@@ -38,7 +37,7 @@ from damagepred.plotting.stress import stress_levels
 from damagepred.plotting.study import draw_category_shares
 from damagepred.plotting.wall import draw_wall
 from damagepred.results.house import house_of, is_house, unfolded
-from damagepred.results.rejudge import shown_gaps
+from damagepred.results.rejudge import has_dpc, shown_gaps
 from damagepred.scene import House, Scene
 from damagepred.uq.fragility import fit_fragility
 
@@ -76,49 +75,39 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     if is_house(ds):
         drawings = {"plan": draw_plan(house_of(ds), ds), "unfolded": draw_unfolded(ds), "house": draw_axonometric(ds)}
         return _save_all({f"{name}.png": sheet.figure_of(ax) for name, ax in drawings.items()}, folder)
-    sheets = {"wall.png": sheet.figure_of(draw_wall(ds))}
-    for bed in shown_gaps(ds):
-        sheets[f"{bed}_opening.png"] = sheet.figure_of(draw(ds, f"{bed}_opening"))
+    drawn = {"wall": draw_wall(ds)} | {f"{bed}_opening": draw(ds, f"{bed}_opening") for bed in shown_gaps(ds)}
     if ds.sizes.get("opening", 0):
-        sheets["opening_width.png"] = sheet.figure_of(draw(ds, "opening_width_change"))
+        drawn["opening_width"] = draw(ds, "opening_width_change")
     if not is_dynamic(ds):
-        sheets["cracks.png"] = sheet.figure_of(draw_cracks(ds))
-    sheets["history.png"] = sheet.figure_of(draw_history(ds))
+        drawn["cracks"] = draw_cracks(ds)
+    drawn["history"] = draw_history(ds)
     if "crack_width_worst" in ds.variables:
-        with_dpc = (ds["contact_kind"].values == ContactKind.DPC).any()
-        sheets["hysteresis.png"] = sheet.figure_of(draw(ds, "dpc_opening_max" if with_dpc else "crack_width_max"))
+        drawn["hysteresis"] = draw(ds, "dpc_opening_max" if has_dpc(ds) else "crack_width_max")
     if "load_force" in ds.variables:
         gauge = "gauge_opening" if "gauge_opening" in ds.variables else "load_displacement"
-        sheets["load.png"] = sheet.figure_of(draw(ds, "load_force", against=gauge))
+        drawn["load"] = draw(ds, "load_force", against=gauge)
     if "section_moment" in ds.variables:
-        axes = sheet.several_or_new(None, 3, 1, 9.0, 11.0)
+        axes = sheet.several_or_new(None, 3, 9.0, 11.0)
         for ax, name in zip(axes, ("footing_rise", "section_moment", "section_curvature")):
-            draw(ds, name, ax)
-        sheets["footing.png"] = sheet.figure_of(axes[0])
+            drawn["footing"] = draw(ds, name, ax)
     if "jack_load" in ds.variables:
-        ax = draw(ds, "support_load", draw(ds, "jack_load", label="each jack"))
+        drawn["jack_load"] = ax = draw(ds, "support_load", draw(ds, "jack_load", label="each jack"))
         ax.set_ylabel("load, upwards positive (kN)")
-        sheet.set_title(
-            ax, sheet.title_of(ds, "wall"), "circle: jacks or a support carry no load any more" * ("limit" in ds.attrs)
-        )
-        sheets["jack_load.png"] = sheet.figure_of(ax)
-    return _save_all(sheets | stress_sheets(ds), folder)
+        circle = "circle: jacks or a support carry no load any more" * ("limit" in ds.attrs)
+        sheet.set_title(ax, sheet.title_of(ds, "wall"), circle)
+    return _save_all({f"{name}.png": sheet.figure_of(ax) for name, ax in drawn.items()} | stress_sheets(ds), folder)
 
 
 def stress_sheets(ds: xr.Dataset) -> dict[str, Figure]:
     """Stresses half-way and at the end; of rigid blocks, which have one mean each, along the wall at the end."""
     if not has_zones(ds):
         return {} if is_dynamic(ds) else {"stress_xx.png": sheet.figure_of(draw(ds, "stress_xx"))}
-    last = ds.sizes["increment"] - 1
-    both = sorted({half_way(ds), last})
-    sheets = {f"{name}.png": stress_sheet(ds, [(name, i) for i in both]) for name in _COMPONENTS}
+    last, components = ds.sizes["increment"] - 1, ("stress_xx", "stress_yy", "stress_xy")
+    sheets = {f"{name}.png": stress_sheet(ds, [(name, i) for i in sorted({half_way(ds), last})]) for name in components}
     sheets["principal_stress.png"] = stress_sheet(ds, [("stress_largest", last), ("stress_smallest", last)])
     if ds["zone_state"].values.any():
         sheets["zone_states.png"] = sheet.figure_of(draw(ds, "zone_state"))
     return sheets
-
-
-_COMPONENTS = ("stress_xx", "stress_yy", "stress_xy")
 
 
 def half_way(ds: xr.Dataset) -> int:
@@ -236,8 +225,8 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     check_output(file, *PICTURES, new_folder=True)
     draw_result = next((draw for name, draw in _DRAWINGS.items() if name in curves), draw_fragility)
     drawing = draw_result(curves)
-    figure = sheet.figure_of(drawing[0] if isinstance(drawing, list) else drawing)
-    return _save_all({file.name: figure}, file.parent)[0]
+    ax = drawing[0] if isinstance(drawing, list) else drawing
+    return _save_all({file.name: sheet.figure_of(ax)}, file.parent)[0]
 
 
 _DRAWINGS: dict[str, Callable[[xr.Dataset], Axes | list[Axes]]] = {

@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
 
 from damagepred.arrays import FloatArray
 from damagepred.plotting import colours
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import footing_rise, soil_surface
-from damagepred.plotting.sheet import KN, plain_number, small
+from damagepred.plotting.sheet import KN, add_lines, add_shapes, plain_number, small
 from damagepred.scene import Load, Scene
 from damagepred.scene.loading import strip_of
 
@@ -21,14 +20,10 @@ TRIANGLE, ARROW = 0.018, 0.06
 """Size of a support, and of the arrow of the largest load of a jack, as fractions of the wall's length."""
 
 
-def draw_bricks(ax: Axes, shapes: Sequence[FloatArray]) -> None:
+def draw_bricks(ax: Axes, shapes: Sequence[Any]) -> None:
     """Draw pale bricks (corners in m) as a ground for cracks."""
-    style: dict[str, Any] = {
-        "facecolors": colours.BRICK_COLOURS[3],
-        "edgecolors": colours.BRICK_EDGE,
-        "linewidths": 0.25,
-    }
-    ax.add_collection(PolyCollection(list(shapes), zorder=1, label="bricks", **style))
+    style = {"facecolors": colours.BRICK_COLOURS[3], "edgecolors": colours.BRICK_EDGE, "linewidths": 0.25}
+    add_shapes(ax, shapes, zorder=1, label="bricks", **style)
 
 
 def draw_footing_blocks(ax: Axes, wall: Deformed) -> None:
@@ -36,14 +31,14 @@ def draw_footing_blocks(ax: Axes, wall: Deformed) -> None:
     style: dict[str, Any] = {"facecolors": colours.FOOTING_COLOUR, "zorder": 2, "snap": False, "label": "footing"}
     rigid = [wall.outlines[i] for i in np.flatnonzero(wall.footing & wall.rigid)]
     if rigid:
-        ax.add_collection(PolyCollection(rigid, edgecolors=colours.FOOTING_EDGE, linewidths=0.35, **style))
+        add_shapes(ax, rigid, edgecolors=colours.FOOTING_EDGE, linewidths=0.35, **style)
     if (wall.footing & ~wall.rigid).any():
         zones, places = wall.zones, wall.gridpoints
         beam = places[zones.corners[wall.footing[zones.block]]]
-        ax.add_collection(PolyCollection(list(beam), edgecolors=colours.FOOTING_COLOUR, linewidths=0.3, **style))
+        add_shapes(ax, beam, edgecolors=colours.FOOTING_COLOUR, linewidths=0.3, **style)
         rims = zones.rims()
         rims = rims[wall.footing[wall.ds["gridpoint_block"].values[rims[:, 0]]]]
-        ax.add_collection(LineCollection(list(places[rims]), colors=colours.FOOTING_EDGE, linewidths=0.5, zorder=2))
+        add_lines(ax, places[rims], colors=colours.FOOTING_EDGE, linewidths=0.5, zorder=2)
 
 
 def draw_soil(ax: Axes, wall: Deformed) -> None:
@@ -88,8 +83,7 @@ def draw_support(ax: Axes, x: float, y: float, size: float, half: float = 0.0) -
 
 def draw_arrow(ax: Axes, tip: tuple[float, float], tail: tuple[float, float], colour: str = colours.RIG_COLOUR) -> None:
     """Draw an arrow between two points (m)."""
-    style = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
-    ax.annotate("", tip, tail, zorder=4, arrowprops=style)
+    ax.annotate("", tip, tail, zorder=4, arrowprops={"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0})
 
 
 def draw_test(ax: Axes, scene: Scene, force: float | None) -> None:

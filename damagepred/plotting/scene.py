@@ -57,9 +57,8 @@ def draw_scene(scene: Scene, ax: Axes | None = None) -> Axes:
     ax = sheet.axes_or_new(ax, 10.0, sheet.height_to_scale(reach, 1.8))
     _draw_wall(ax, scene, bricks)
     if low:
-        footing = [rectangle(0.0, low, length, 0.0)]
-        style: dict[str, Any] = {"facecolors": colours.FOOTING_COLOUR, "edgecolors": colours.FOOTING_EDGE}
-        ax.add_collection(PolyCollection(footing, label="footing", **style))
+        style = {"facecolors": colours.FOOTING_COLOUR, "edgecolors": colours.FOOTING_EDGE}
+        sheet.add_shapes(ax, [rectangle(0.0, low, length, 0.0)], label="footing", **style)
     _draw_loads(ax, scene, bricks)
     factor = 0.0
     if scene.movement.shape == "jacks":
@@ -71,10 +70,9 @@ def draw_scene(scene: Scene, ax: Axes | None = None) -> Axes:
     sheet.elevation(ax)
     ax.margins(0.03)
     ax.autoscale_view()
-    entries = [artist for artist in (*ax.collections, *ax.lines) if artist.get_label() not in ("bricks", "soil")]
-    sheet.legend_below(
-        ax, [_entry(artist) for artist in entries if str(artist.get_label())[0] != "_"], 6, 0.5, left=True
-    )
+    drawn = [artist for artist in (*ax.collections, *ax.lines) if str(artist.get_label())[0] != "_"]
+    entries = [_entry(artist) for artist in drawn if artist.get_label() not in ("bricks", "soil")]
+    sheet.legend_below(ax, entries, left=True)
     scale = f"movement of the ground exaggerated {sheet.plain_number(factor)} times" if factor > 1.0 else ""
     sheet.set_title(ax, sheet.verbatim(scene.title), what_moves(scene), scale)
     return ax
@@ -94,30 +92,27 @@ def _entry(artist: Any) -> Patch | Line2D:
 
 def _draw_wall(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
     """Draw bricks, lintels, dpc and control joints."""
-    holes, style = scene.opening, dict[str, Any](edgecolors=colours.BRICK_EDGE, linewidths=0.35, zorder=2)
-    lintels = {
-        b
-        for b in bricks
-        for h in holes
-        if b.left - 1e-9 < h.x < h.right < b.right + 1e-9 and 0 <= b.bottom - h.top < 1e-3
-    }
+    style = {"edgecolors": colours.BRICK_EDGE, "linewidths": 0.35, "zorder": 2}
+
+    def bridges(b: Brick) -> bool:
+        over = (b.left - 1e-9 < h.x < h.right < b.right + 1e-9 and 0 <= b.bottom - h.top < 1e-3 for h in scene.opening)
+        return any(over)
+
+    lintels = [b for b in bricks if bridges(b)]
     for label, shown, colour in (
         ("bricks", [b for b in bricks if b not in lintels], colours.BRICK_COLOURS[1]),
         ("lintels", lintels, LINTEL_COLOUR),
     ):
         if shown:
-            shapes = [rectangle(*brick[:4]) for brick in shown]
-            ax.add_collection(PolyCollection(shapes, facecolors=colour, label=label, **style))
+            sheet.add_shapes(ax, [rectangle(*brick[:4]) for brick in shown], facecolors=colour, label=label, **style)
     course = None if scene.dpc is None else scene.dpc.course
     beds = [[(b.left, b.bottom), (b.right, b.bottom)] for b in bricks if b.course == course]
     pairs = [(bricks[a], bricks[b]) for a, b, _ in parted(scene, bricks)]
     gaps = [[(a.right, max(a.bottom, b.bottom)), (a.right, min(a.top, b.top))] for a, b in pairs]
-    for label, lines, colour in (
-        ("dpc", beds, colours.DPC_COLOUR),
-        ("control joints", gaps, colours.CONTROL_JOINT_COLOUR),
-    ):
+    drawn = (("dpc", beds, colours.DPC_COLOUR), ("control joints", gaps, colours.CONTROL_JOINT_COLOUR))
+    for label, lines, colour in drawn:
         if lines:
-            ax.add_collection(LineCollection(lines, colors=colour, linewidths=1.8, zorder=3, label=label))
+            sheet.add_lines(ax, lines, colors=colour, linewidths=1.8, zorder=3, label=label)
 
 
 def _draw_loads(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
@@ -134,10 +129,9 @@ def _draw_loads(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
         level = height if load.y is None else load.y
         raised = 0.065 * length * rows.get(level, 0) if load.side == "top" else 0.0
         rows[level] = rows.get(level, 0) + (load.side == "top")
-        words = f"{name} {sheet.plain_number(force_of(load, scene.wall) / 1e3)} kN" + (
-            " in all" if name == "roof" else ""
-        )
-        draw_load(ax, scene, load, words + (", live" if load.kind == "live" else ""), places, 0.03 * length, raised)
+        words = f"{name} {sheet.plain_number(force_of(load, scene.wall) / 1e3)} kN"
+        words += " in all" * (name == "roof") + ", live" * (load.kind == "live")
+        draw_load(ax, scene, load, words, places, 0.03 * length, raised)
 
 
 def _draw_jacks(ax: Axes, scene: Scene, low: float) -> None:
@@ -164,9 +158,8 @@ def _draw_ground(ax: Axes, scene: Scene, low: float) -> float:
     if not moving:
         return 0.0
     factor = round_exaggeration(np.column_stack((0.0 * x, moving[0])), length)
-    ax.fill_between(
-        x, low, low + factor * moving[0], facecolor=colours.SOIL_COLOUR, alpha=0.35, zorder=3.4, label="soil"
-    )
+    soil: dict[str, Any] = {"facecolor": colours.SOIL_COLOUR, "alpha": 0.35, "zorder": 3.4, "label": "soil"}
+    ax.fill_between(x, low, low + factor * moving[0], **soil)
     for rise, colour, other in zip(moving, (colours.SOIL_COLOUR, OTHER_WAY_COLOUR), ("", ", other way")):
         style: dict[str, Any] = {"color": colour, "linewidth": 1.8, "linestyle": "--" if other else "-"}
         ax.plot(x, low + factor * rise, zorder=4.2, label=f"ground after{other}", **style)

@@ -12,6 +12,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation, Transform, blended_transform_factory
@@ -96,16 +97,24 @@ def axes_or_new(ax: Axes | None, width: float = 8.0, height: float = 5.0) -> Axe
     return new_figure(width, height).add_subplot() if ax is None else ax
 
 
-def several_or_new(
-    axes: Sequence[Axes] | None, rows: int, columns: int, width: float, height: float, sharex: bool = False
-) -> list[Axes]:
-    """Given axes, or the axes of a new figure."""
+def several_or_new(axes: Sequence[Axes] | None, count: int, width: float, height: float) -> list[Axes]:
+    """Given axes, or the axes of a new figure, one below the other."""
     if axes is None:
-        return list(new_figure(width, height).subplots(rows, columns, squeeze=False, sharex=sharex).flat)
+        return list(new_figure(width, height).subplots(count, squeeze=False).flat)
     given = list(np.asarray(axes, dtype=object).flat)
-    if len(given) != rows * columns or not all(isinstance(ax, Axes) for ax in given):
-        raise InputError(f"axes = {axes!r}: must be {rows * columns} axes of matplotlib.")
+    if len(given) != count or not all(isinstance(ax, Axes) for ax in given):
+        raise InputError(f"axes = {axes!r}: must be {count} axes of matplotlib.")
     return given
+
+
+def add_shapes(ax: Axes, shapes: Iterable[Any], **style: Any) -> None:
+    """Draw polygons, each by its corners (k, 2)."""
+    ax.add_collection(PolyCollection(list(shapes), **style))
+
+
+def add_lines(ax: Axes, lines: Iterable[Any], **style: Any) -> None:
+    """Draw lines, each by its points (k, 2)."""
+    ax.add_collection(LineCollection(list(lines), **style))
 
 
 def figure_of(ax: Axes) -> Figure:
@@ -221,13 +230,6 @@ def legend_below(
 def label_movement(ax: Axes, words: str) -> None:
     """Label the horizontal axis with a movement in words, in mm."""
     ax.set_xlabel(f"{words}{' $y_s$' if words == OF_SITE else ''} (mm)")
-
-
-def say_nothing_to_draw(ax: Axes, reason: str) -> None:
-    """Write into empty axes the reason."""
-    ax.set_xticks([])
-    ax.set_yticks([])
-    ax.text(0.5, 0.5, reason, transform=ax.transAxes, ha="center", va="center", fontsize=1.2 * text_size(ax), wrap=True)
 
 
 def plain_number(value: float) -> str:

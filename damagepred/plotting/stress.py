@@ -10,9 +10,10 @@ from matplotlib.ticker import MaxNLocator
 
 from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray, IntArray
+from damagepred.damage.joints import JointMap
 from damagepred.errors import InputError
 from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import Faces, corners, has_zones, polygons
+from damagepred.plotting.geometry import corners, has_zones, polygons
 from damagepred.plotting.sheet import MPA, require
 from damagepred.scene.scene import archived_scene
 
@@ -51,15 +52,11 @@ def zone_stress(ds: xr.Dataset, increment: int) -> FloatArray:
 
 
 def block_stress(ds: xr.Dataset, increment: int) -> FloatArray:
-    """Mean stress s_xx, s_yy and s_xy in every block, (n, 3) (Pa), from the forces in its joints.
-
-    In equilibrium the mean stress of a body is sum(f r) / volume over the forces f on its boundary at places r from
-    its centroid, whatever it is made of; uniform weight adds nothing. Forces that act on a block as a whole, such as
-    the roof's, count as if spread over it like weight.
-    """
+    """Mean stress s_xx, s_yy and s_xy in every block, (n, 3) (Pa): sum(f r) / volume over the forces in its joints."""
+    # forces on a block as a whole, such as the roof's, count as if spread over it like weight, which adds nothing
     points, block = corners(ds)
     _, face = np.unique(ds["contact_interface"].values, return_inverse=True)
-    sides = Faces.of(ds, increment).neighbours(points, block)
+    sides = JointMap.from_dataset(ds, with_blocks=True).blocks.T
     normal = np.column_stack([ds[f"contact_normal_{axis}"].values for axis in "xy"])
     tangent = np.column_stack((normal[:, 1], -normal[:, 0]))
     length = ds["contact_length"].values[:, None]

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
 from damagepred.arrays import FloatArray, IntArray
@@ -32,16 +31,13 @@ _STUDY = "a study as `damagepred.open_study` returns it"
 
 
 class Paths(NamedTuple):
-    """Paths of s walls at d common movements.
+    """Paths of s walls at d common movements."""
 
-    Movements (m), rising, (d,); values of a variable (s, d): infinite once the wall's path has ended early, in collapse
-    or in a category after which the study follows no wall, NaN where the wall was not followed as far for another
-    reason; highest category reached up to there (s, d), -1 where the wall was not followed as far.
-    """
-
-    movement: FloatArray
+    movement: FloatArray  # (d,): rising (m)
+    # (s, d): values of a variable; infinite after an early end in collapse or in the study's last category, NaN where
+    # the wall was not followed as far for another reason
     width: FloatArray
-    category: IntArray
+    category: IntArray  # (s, d): highest category reached up to there, -1 where the wall was not followed as far
 
 
 def common_paths(ds: xr.Dataset, points: int = 121, width_name: str = "crack_width_max") -> Paths:
@@ -61,7 +57,9 @@ def common_paths(ds: xr.Dataset, points: int = 121, width_name: str = "crack_wid
     solved = followed & np.isfinite(width)
     if not solved.any():
         raise InputError("the study has no finished sample yet; run `damagepred study` first.")
-    grid, highest = _grid(movement[followed], movement.shape[1], points), highest_of(ds)
+    shared = np.unique(np.round(movement[followed], 12))
+    grid = shared if len(shared) <= movement.shape[1] else np.linspace(0.0, float(movement[followed].max()), points)
+    highest = highest_of(ds)
     shape = (len(width), len(grid))
     paths = Paths(grid, np.full(shape, np.nan), np.full(shape, NOT_KNOWN))
     slack = 1e-9 * grid[-1]
@@ -77,14 +75,6 @@ def common_paths(ds: xr.Dataset, points: int = 121, width_name: str = "crack_wid
         final = highest if status[sample] == SampleStatus.COLLAPSED else worst[-1]
         paths.category[sample, grid > x[-1] + slack] = final if ended else NOT_KNOWN
     return paths
-
-
-def _grid(movement: FloatArray, increments: int, points: int) -> FloatArray:
-    largest = float(movement.max())
-    shared = np.unique(np.round(movement, 12))
-    if len(shared) <= increments:
-        return shared
-    return np.linspace(0.0, largest, points)
 
 
 def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
@@ -104,23 +94,21 @@ def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
         values = shown
     weight = sample_weights(ds)
     strength = float(np.clip(12.0 / len(values), 0.04, 0.5))
-    lines = [np.column_stack((x, row)) for row in shown]
-    ax.add_collection(LineCollection(lines, colors="0.15", linewidths=0.6, alpha=strength, zorder=2, label="each wall"))
+    lines = (np.column_stack((x, row)) for row in shown)
+    sheet.add_lines(ax, lines, colors="0.15", linewidths=0.6, alpha=strength, zorder=2, label="each wall")
     handles = [Line2D([], [], color="0.5", linewidth=0.8, label="each wall")]
-    for share, style in ((0.9, "--"), (0.5, "-"), (0.1, ":")):
+    style: dict[str, Any] = {"color": "#0072b2", "linewidth": 2.0, "zorder": 4}
+    for share, dashes in ((0.9, "--"), (0.5, "-"), (0.1, ":")):
         label = "median" if share == 0.5 else f"{share:.0%} of the walls below"
-        handles += ax.plot(
-            x, quantile(values, share, weight), color="#0072b2", linewidth=2.0, linestyle=style, zorder=4, label=label
-        )
+        handles += ax.plot(x, quantile(values, share, weight), dashes, label=label, **style)
     for name, colour, label in (
         ("crack_band_width_max", "#d55e00", "median, widest crack band"),
         ("footing_opening_max", FOOTING_GAP_COLOUR, "median, gap on the footing"),
     ):
         if variable == "crack_width_max" and name in ds.variables and float(ds[name].max()) > HAIRLINE:
             other = common_paths(ds, width_name=name).width * sheet.MM
-            handles += ax.plot(
-                x, quantile(other, 0.5, weight), color=colour, linewidth=1.4, linestyle="-.", zorder=4, label=label
-            )
+            style |= {"color": colour, "linewidth": 1.4}
+            handles += ax.plot(x, quantile(other, 0.5, weight), "-.", label=label, **style)
     ax.set_xlim(0.0, float(x[-1]) or 1.0)
     sheet.label_movement(ax, movement_words(ds))
     categories = ""
@@ -194,38 +182,21 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         ax.fill_between(x, bottom, top, color=CATEGORY_COLOURS[category], linewidth=0.6, edgecolor="white", label=label)
         bottom = top
     if shares[-1].any():
-        ax.fill_between(
-            x,
-            bottom,
-            1.0,
-            facecolor="white",
-            edgecolor="0.5",
-            hatch="///",
-            linewidth=0.0,
-            label="failed, not run, or not followed as far",
-        )
+        hatched: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.5", "hatch": "///", "linewidth": 0.0}
+        ax.fill_between(x, bottom, 1.0, label="failed, not run, or not followed as far", **hatched)
     ax.set_xlim(float(x[0]), float(x[-1]) or 1.0)
     ax.set_ylim(0.0, 1.0)
     sheet.label_movement(ax, movement_words(ds))
     ax.set_ylabel("share of the walls")
     sheet.legend_below(ax, ax.get_legend_handles_labels()[0])
-    sheet.set_title(
-        ax,
-        sheet.title_of(ds, "study"),
-        f"{count_walls(ds)}; highest category reached up to each movement{not_reached(ds, int(paths.category.max()))}",
-    )
+    what = f"highest category reached up to each movement{not_reached(ds, int(paths.category.max()))}"
+    sheet.set_title(ax, sheet.title_of(ds, "study"), f"{count_walls(ds)}; {what}")
     return ax
 
 
 def count_walls(ds: xr.Dataset) -> str:
     """Numbers of walls of a study: all, collapsed, failed, missing."""
     status = ds["status"].values
-    parts = [f"{len(status)} walls"]
-    for value, word in (
-        (SampleStatus.COLLAPSED, "collapsed"),
-        (SampleStatus.FAILED, "failed"),
-        (SampleStatus.MISSING, "not run yet"),
-    ):
-        if (number := int((status == value).sum())) > 0:
-            parts.append(f"{number} {word}")
-    return ", ".join(parts)
+    words = {SampleStatus.COLLAPSED: "collapsed", SampleStatus.FAILED: "failed", SampleStatus.MISSING: "not run yet"}
+    counts = [(int((status == value).sum()), word) for value, word in words.items()]
+    return ", ".join([f"{len(status)} walls", *(f"{count} {word}" for count, word in counts if count)])

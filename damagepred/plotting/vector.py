@@ -79,10 +79,8 @@ def _own_names(root: Tree.Element, prefix: str) -> None:
                 # the gradient of a colour bar is a picture, inside the drawing
                 element.set("href", f"#{prefix}-{value[1:]}" if value.startswith("#") else value)
             else:
-                reference = _REFERENCE.sub(lambda match: f"url(#{prefix}-{match[1]})", value)
-                element.set(
-                    key, _NUMBER.sub(_shorter, reference) if key in ("d", "x", "y", "style", "points") else reference
-                )
+                text = _REFERENCE.sub(lambda match: f"url(#{prefix}-{match[1]})", value)
+                element.set(key, _NUMBER.sub(_shorter, text) if key in ("d", "x", "y", "style", "points") else text)
 
 
 def _names_in(value: str) -> list[str]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgba_array
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -75,35 +76,38 @@ def draw_wall(
     else:
         _draw_ground(ax, ds, increment, wall.factor)
     tones, bricks = _tones(len(wall.footing)), np.flatnonzero(~wall.footing)
-    halves = wall.faces.pick(wall.faces.kind == ContactKind.BRICK_JOINT)
-    left, right = (side.tolist() for side in halves.neighbours(wall.points, wall.block))
+    faces, joints = wall.faces, wall.faces.joints
+    halves = faces.pick(joints.kind == ContactKind.BRICK_JOINT)
+    left, right = halves.joints.blocks.T.tolist()
     for first, second in zip(left, right):
         tones[second] = tones[first]
-    ax.add_collection(
-        PolyCollection(
-            [wall.outlines[i] for i in bricks],
-            facecolors=[tones[i] for i in bricks],
-            edgecolors=colours.BRICK_EDGE,
-            linewidths=0.35,
-            zorder=2,
-            label="bricks",
-            snap=False,  # an upright brick among turned ones must not jump to whole pixels
-        )
-    )
+    # an upright brick among turned ones must not jump to whole pixels
+    style: dict[str, Any] = {"edgecolors": colours.BRICK_EDGE, "linewidths": 0.35, "snap": False}
+    shapes = [wall.outlines[i] for i in bricks]
+    sheet.add_shapes(ax, shapes, facecolors=[tones[i] for i in bricks], zorder=2, label="bricks", **style)
     if len(left):
         whole = [tones[first] for first, crack in zip(left, halves.crack) if crack <= HAIRLINE]
-        hidden = LineCollection(list(wall.unbroken[:, :2]), colors=whole, linewidths=0.7, zorder=2.1)
-        ax.add_collection(hidden)
-    faces = wall.faces
-    cracks = faces.pick(faces.is_mortar & (faces.crack > HAIRLINE))
+        sheet.add_lines(ax, wall.unbroken[:, :2], colors=whole, linewidths=0.7, zorder=2.1)
+    cracks = faces.pick(joints.is_masonry & (faces.crack > HAIRLINE))
     _draw_cracks(ax, wall.gaps(cracks), cracks.crack * sheet.MM, table_of(ds))
-    if wall.footing.any():
-        _draw_lifted(ax, wall.gaps(faces.pick(faces.is_footing & (faces.opening > HAIRLINE))))
-    dpc = faces.pick(faces.is_dpc)
-    _draw_dpc(ax, dpc, wall.gaps(dpc))
-    _draw_control_joints(ax, wall.gaps(faces.pick(faces.is_control)))
-    if slips:
-        _draw_slips(ax, wall.gaps(faces.pick((faces.is_mortar | faces.is_dpc) & (faces.slip > HAIRLINE))))
+    lifted = wall.gaps(faces.pick(joints.is_footing & (faces.opening > HAIRLINE)))
+    if wall.footing.any() and len(lifted):
+        _draw_gaps(ax, lifted, to_rgba_array("black"), 0.7, "off the footing", 3)
+    dpc = faces.pick(joints.is_dpc)
+    if len(dpc.opening):
+        gaps, is_open = wall.gaps(dpc), dpc.opening > HAIRLINE
+        sheet.add_lines(ax, _middle(gaps), colors=colours.DPC_COLOUR, linewidths=0.7, zorder=3, label="dpc")
+        if is_open.any():
+            _draw_gaps(ax, gaps[is_open], to_rgba_array(colours.DPC_COLOUR), 0.9, "dpc opening", 3)
+    control = wall.gaps(faces.pick(joints.kind == ContactKind.CONTROL_JOINT))
+    if len(control):
+        sheet.add_shapes(ax, control, facecolors="white", edgecolors="none", zorder=2.5)
+        sides = np.concatenate((control[:, :2], control[:, 2:]))
+        line: dict[str, Any] = {"colors": colours.CONTROL_JOINT_COLOUR, "linewidths": 1.3, "zorder": 3}
+        sheet.add_lines(ax, sides, label="control joints", **line)
+    slipped = wall.gaps(faces.pick((joints.is_masonry | joints.is_dpc) & (faces.slip > HAIRLINE)))
+    if slips and len(slipped):
+        sheet.add_lines(ax, _middle(slipped), colors=colours.SLIP_COLOUR, linewidths=2.2, zorder=3.8, label="slips")
     _finish(ax, wall)
     return ax
 
@@ -111,6 +115,11 @@ def draw_wall(
 def _tones(count: int) -> list[str]:
     # a fixed seed: the same wall always looks the same
     return [colours.BRICK_COLOURS[i] for i in np.random.default_rng(1).integers(len(colours.BRICK_COLOURS), size=count)]
+
+
+def _middle(gaps: FloatArray) -> FloatArray:
+    """Lines midway between the faces of gaps (m, 4, 2)."""
+    return (gaps[:, :2] + gaps[:, [3, 2]]) / 2
 
 
 def _draw_cracks(ax: Axes, gaps: FloatArray, width: FloatArray, table: DamageTable) -> None:
@@ -125,73 +134,22 @@ def _draw_cracks(ax: Axes, gaps: FloatArray, width: FloatArray, table: DamageTab
     bar.ax.tick_params(which="both", length=0)
     bar.set_ticks(limits, labels=[sheet.plain_number(limit) for limit in limits])
     for category in range(palette.N if numbered else 0):
-        bar.ax.text(
-            (category + 0.5) / palette.N,
-            0.45,
-            str(category),
-            transform=bar.ax.transAxes,
-            ha="center",
-            va="center",
-            fontsize=sheet.small(ax),
-            color="white" if category > 2 else "black",
-        )
+        ink, place = "white" if category > 2 else "black", ((category + 0.5) / palette.N, 0.45)
+        style: dict[str, Any] = {"transform": bar.ax.transAxes, "ha": "center", "va": "center"}
+        bar.ax.text(*place, str(category), fontsize=sheet.small(ax), color=ink, **style)
 
 
-def _draw_dpc(ax: Axes, dpc: Faces, gaps: FloatArray) -> None:
-    if not len(dpc.kind):
-        return
-    middle = (gaps[:, :2] + gaps[:, [3, 2]]) / 2
-    ax.add_collection(LineCollection(list(middle), colors=colours.DPC_COLOUR, linewidths=0.7, zorder=3, label="dpc"))
-    is_open = dpc.opening > HAIRLINE
-    if is_open.any():
-        count = int(is_open.sum())
-        colour = np.repeat(to_rgba_array(colours.DPC_COLOUR), count, axis=0)
-        _draw_gaps(ax, gaps[is_open], colour, np.full(count, 0.9), "dpc opening", 3)
-
-
-def _draw_control_joints(ax: Axes, gaps: FloatArray) -> None:
-    """Draw both faces of control joints (m, 4, 2)."""
-    if len(gaps):
-        ax.add_collection(PolyCollection(list(gaps), facecolors="white", edgecolors="none", zorder=2.5))
-        faces = np.concatenate((gaps[:, :2], gaps[:, 2:]))
-        lines = LineCollection(
-            list(faces), colors=colours.CONTROL_JOINT_COLOUR, linewidths=1.3, zorder=3, label="control joints"
-        )
-        ax.add_collection(lines)
-
-
-def _draw_slips(ax: Axes, gaps: FloatArray) -> None:
-    """Mark closed joints (m, 4, 2) that have slipped."""
-    if len(gaps):
-        middle = (gaps[:, :2] + gaps[:, [3, 2]]) / 2
-        lines = LineCollection(list(middle), colors=colours.SLIP_COLOUR, linewidths=2.2, zorder=3.8, label="slips")
-        ax.add_collection(lines)
-
-
-def _draw_lifted(ax: Axes, gaps: FloatArray) -> None:
-    """Draw the gaps (m, 4, 2) between wall and footing."""
-    if len(gaps):
-        colour = np.repeat(to_rgba_array("black"), len(gaps), axis=0)
-        _draw_gaps(ax, gaps, colour, np.full(len(gaps), 0.7), "off the footing", 3)
-
-
-def _draw_gaps(ax: Axes, gaps: FloatArray, colour: FloatArray, line: FloatArray, label: str, zorder: float) -> None:
-    """Draw gaps (m, 4, 2): pale inside, their colour (m, 4) along both faces, in lines of a width (m,) (points)."""
+def _draw_gaps(
+    ax: Axes, gaps: FloatArray, colour: FloatArray, line: FloatArray | float, label: str, zorder: float
+) -> None:
+    """Draw gaps (m, 4, 2): pale inside, a colour (m or 1, 4) along both faces, in lines of a width (m,) (points)."""
+    colour = np.broadcast_to(colour, (len(gaps), 4))
     pale = _pale(colour)
-    ax.add_collection(
-        PolyCollection(list(gaps), facecolors=pale, edgecolors=pale, linewidths=0.4, zorder=zorder, label=label)
-    )
+    sheet.add_shapes(ax, gaps, facecolors=pale, edgecolors=pale, linewidths=0.4, zorder=zorder, label=label)
     faces = np.stack((gaps[:, :2], gaps[:, 2:]), axis=1).reshape(-1, 2, 2)
-    ax.add_collection(
-        LineCollection(
-            list(faces),
-            colors=np.repeat(colour, 2, axis=0),
-            linewidths=np.repeat(line, 2),
-            capstyle="round",
-            zorder=zorder + 0.1,
-            label=f"faces of {label}",
-        )
-    )
+    widths = np.repeat(np.broadcast_to(line, len(gaps)), 2)
+    style: dict[str, Any] = {"linewidths": widths, "capstyle": "round", "zorder": zorder + 0.1}
+    sheet.add_lines(ax, faces, colors=np.repeat(colour, 2, axis=0), label=f"faces of {label}", **style)
 
 
 def _pale(colour: FloatArray) -> FloatArray:
@@ -207,9 +165,8 @@ def _draw_ground(ax: Axes, ds: xr.Dataset, increment: int, factor: float) -> Non
     # between contacts, as under a door, a smooth line
     along = np.union1d(x, np.linspace(x[0], x[-1], 121))
     top = PchipInterpolator(x, height + factor * rise)(along)
-    ax.fill_between(
-        along, top, top - depth, facecolor=colours.FOOTING_COLOUR, edgecolor="none", zorder=1, label="footing"
-    )
+    style: dict[str, Any] = {"facecolor": colours.FOOTING_COLOUR, "edgecolor": "none", "zorder": 1}
+    ax.fill_between(along, top, top - depth, label="footing", **style)
     ax.plot(along, top, color="#55595e", linewidth=1.0, zorder=1)
     _draw_datum(ax, x, height)
 
@@ -232,7 +189,7 @@ def _finish(ax: Axes, wall: Deformed) -> None:
     at_end = early and increment in (-1, ds.sizes["increment"] - 1)
     sheet.set_title(
         ax,
-        wall.title,
+        sheet.title_of(ds, "wall"),
         f"at {sheet.moved_to(ds, increment)}, damage category {category} ({name_of(ds, category)})",
         wall.scale,
         str(ds.attrs.get("status_message", ds.attrs.get("status"))) if at_end else "",
@@ -240,11 +197,10 @@ def _finish(ax: Axes, wall: Deformed) -> None:
 
 
 def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch]:
-    table = table_of(ds)
-    parts = {"": faces.is_mortar}
-    if faces.is_dpc.any():
-        above = faces.is_mortar & (faces.middle_y > faces.middle_y[faces.is_dpc].max())
-        parts = {" above the dpc": above, " below the dpc": faces.is_mortar & ~above}
+    table, joints = table_of(ds), faces.joints
+    parts = {"": joints.is_wall}
+    if joints.dpc.size:
+        parts = {" above the dpc": joints.is_wall, " below the dpc": joints.is_base}
     handles: list[Line2D | Patch] = []
     for where, chosen in parts.items():
         widest = float(faces.crack[chosen].max(initial=0.0))
@@ -253,27 +209,27 @@ def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch
             handles.append(Line2D([], [], color=colour, linewidth=2.5, label=f"widest crack{where}: {_mm(widest)}"))
         else:
             handles.append(Line2D([], [], linestyle="none", label=f"no crack{where} wider than {_mm(HAIRLINE)}"))
-    if faces.is_dpc.any():
-        opening = float(faces.opening[faces.is_dpc].max())
+    if joints.dpc.size:
+        opening = float(faces.opening[joints.dpc].max())
         label = f"dpc, opening at most {_mm(opening)}" if opening > HAIRLINE else "dpc, closed"
-        handles.append(
-            Patch(facecolor=_pale(to_rgba_array(colours.DPC_COLOUR))[0], edgecolor=colours.DPC_COLOUR, label=label)
-        )
-    if faces.is_control.any():
+        pale = _pale(to_rgba_array(colours.DPC_COLOUR))[0]
+        handles.append(Patch(facecolor=pale, edgecolor=colours.DPC_COLOUR, label=label))
+    if (joints.kind == ContactKind.CONTROL_JOINT).any():
         most = [float(ds[f"control_joint_{way}_max"].values[increment]) for way in ("opening", "closing")]
         label = f"control joint, widened by at most {_mm(most[0])}, closed by at most {_mm(most[1])}"
         handles.append(Line2D([], [], color=colours.CONTROL_JOINT_COLOUR, linewidth=1.3, label=label))
-    if faces.is_footing.any():
-        lifted = float(faces.opening[faces.is_footing].max())
+    on_soil = bool((joints.kind == ContactKind.SOIL).any())
+    if joints.footing.size:
+        lifted = float(faces.opening[joints.footing].max())
         off = f"; wall off it by at most {_mm(lifted)}" if lifted > 2 * HAIRLINE else ""
-        whole = (faces.kind == ContactKind.SOIL).any() or "jack_load" in ds.variables
+        whole = on_soil or "jack_load" in ds.variables
         settled = settlement(ds)
         datum = "top of footing before any movement"
         if settled is not None:
             datum = f"datum: top of footing under dead load, settled by {sheet.plain_number(-settled * sheet.MM)} mm"
         handles.append(Patch(color=colours.FOOTING_COLOUR, label=f"{'' if whole else 'top of '}footing{off}"))
         handles.append(Line2D([], [], color="black", linewidth=0.7, linestyle=DATUM, label=datum))
-    if (faces.kind == ContactKind.SOIL).any():
+    if on_soil:
         label = "surface of the ground, pressed by the footing"
         handles.append(Line2D([], [], color=colours.SOIL_COLOUR, linewidth=1.4, label=label))
     return handles

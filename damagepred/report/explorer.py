@@ -17,6 +17,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from damagepred.archive.schema import category_label, is_dynamic
+from damagepred.enumerations import ContactKind
 from damagepred.formatting import length
 from damagepred.plotting import colours
 from damagepred.plotting.categories import table_of
@@ -56,9 +57,9 @@ def _wall(ds: xr.Dataset) -> dict[str, Any]:
     first = np.concatenate(([0], np.flatnonzero(np.diff(end.block)) + 1, [len(end.block)]))
     motions = [Motion.of(ds, i) for i in steps]
     faces = [Faces.of(ds, i) for i in steps]
-    joints = faces[0]
-    sides = joints.neighbours(end.points, end.block)
-    gap = [np.where(one.is_mortar, one.crack, one.opening) for one in faces]
+    joints = faces[0].joints
+    gap = [np.where(joints.is_masonry, one.crack, one.opening) for one in faces]
+    kind = (joints.is_masonry, joints.is_dpc, joints.kind == ContactKind.CONTROL_JOINT)
     ground = [ground_profile(ds, i) for i in steps] if not end.footing.any() else []
     x, height = (ground[0][0], ground[0][1]) if ground else (np.empty(0), np.empty(0))
     return {
@@ -68,8 +69,8 @@ def _wall(ds: xr.Dataset) -> dict[str, Any]:
         "centre": _packed(np.column_stack((motions[0].x, motions[0].y)), "float32"),
         "footing": _packed(end.footing, "uint8"),
         "end": _packed(np.column_stack((joints.start, joints.end)), "float32"),
-        "side": _packed(np.column_stack(sides), "int32"),
-        "kind": _packed(np.select([joints.is_mortar, joints.is_dpc, joints.is_control], [0, 1, 2], 3), "uint8"),
+        "side": _packed(joints.blocks, "int32"),
+        "kind": _packed(np.select(kind, [0, 1, 2], 3), "uint8"),
         "ground": _packed(np.column_stack((x, height)), "float32"),
         "moved": _scaled([one.displacement for one in motions]),
         "turned": _scaled([one.rotation for one in motions]),

@@ -5,21 +5,23 @@ import pytest
 
 from damagepred.errors import InputError
 from damagepred.plotting import draw_wall
-from damagepred.plotting.geometry import Faces, Motion, corners, ground_profile, round_exaggeration
+from damagepred.plotting.geometry import Faces, Motion, ground_profile, round_exaggeration
 from damagepred.scene import Movement
 
 
 def test_gaps_are_as_wide_as_the_stored_openings(cracked):
-    points, block = corners(cracked)
     faces = Faces.of(cracked, -1)
-    a, b = faces.neighbours(points, block)
+    joints = faces.joints
+    a, b = joints.blocks.T
     inner = (a >= 0) & (b >= 0)
-    assert (inner == (faces.kind != 3)).all()
+    assert (inner == (joints.kind != 3)).all()
+    along = (joints.end - joints.start) / joints.length[:, None]
+    normal = np.column_stack((-along[:, 1], along[:, 0]))
     motion = Motion.of(cracked, -1)
     widest = np.full(len(a), -np.inf)
-    for end in (faces.start, faces.end):
+    for end in (joints.start, joints.end):
         jump = motion.at(b, end) - motion.at(a, end)
-        widest = np.maximum(widest, (jump * faces.normal).sum(axis=1))
+        widest = np.maximum(widest, (jump * normal).sum(axis=1))
     # the default quadrature has contacts at both ends of an interface
     assert np.maximum(widest, 0.0)[inner] == pytest.approx(faces.opening[inner], abs=1e-9)
 

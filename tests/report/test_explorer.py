@@ -33,7 +33,7 @@ def test_blocks_joints_and_path_are_those_of_the_wall(wall: xr.Dataset) -> None:
     np.testing.assert_allclose(turned, rotation, atol=np.abs(rotation).max() / LEVELS)
     faces = Faces.of(wall, -1)
     gap = unpacked(packed["gap"]).reshape(steps, -1)
-    crack = np.where(faces.is_mortar, faces.crack, faces.opening)
+    crack = np.where(faces.joints.is_masonry, faces.crack, faces.opening)
     np.testing.assert_allclose(gap[-1], crack, atol=np.abs(crack).max() / LEVELS)
     assert gap[-1].max() == pytest.approx(crack.max(), rel=1e-3)
     rise = unpacked(packed["rise"]).reshape(steps, -1)
