@@ -54,13 +54,12 @@ class Elements(NamedTuple):
 class EliminationTree:
     """Fronts, ``count`` of them (F), numbered from the root: every front has a larger number than its parent.
 
-    A node is the smallest unit of the order: a rigid or elastic block, or a gridpoint on the boundary of a deformable
-    one. Interfaces and deformable blocks are the elements; each is assembled in the last of its fronts.
+    A node is the smallest unit of the order: a rigid or elastic block, a gridpoint on the boundary of a deformable one,
+    or the strains of two halves of a brick. Interfaces and deformable blocks are assembled in the last of their fronts.
 
     ``parent`` is -1 for the root. ``dofs`` are the free degrees of freedom in the order of the fronts; ``start`` is the
-    first place of each front in that order, ``boundary`` the places of the boundaries, one front after the other.
-    ``boundary_in_parent`` is their index in the parent's front, where the boundary follows the front's own degrees of
-    freedom. ``elastic_factors`` belong to the last of these walls that needed its own.
+    first place of each front in that order, ``boundary`` the places of the boundaries, one front after the other,
+    ``boundary_in_parent`` their index in the parent's front, behind its own degrees of freedom.
     """
 
     elastic_factors: ElasticFactors | None = None
@@ -144,10 +143,7 @@ class EliminationTree:
     # -- order ----------------------------------------------------------------------------------------------------
 
     def _set_nodes(self, system: DiscreteSystem, dofs: IntArray) -> IntArray:
-        """Set block and weight of each node, and the nodes on both sides of interfaces; nodes of the free ``dofs``.
-
-        The weight is the number of free degrees of freedom.
-        """
+        """Set block and weight of each node, and the nodes beside interfaces; the nodes of the free ``dofs``."""
         model = system.model
         mesh, n = model.mesh, model.n_blocks
         node = system.block_of_dof.copy()
@@ -156,6 +152,13 @@ class EliminationTree:
             node[mesh.dof_x] = node[mesh.dof_y] = n + 1 + np.arange(len(mesh.x))
             self._block = np.concatenate((self._block, mesh.gridpoint_block))
         dof = self.kinematics.dof
+        if (elastic := model.elastic) is not None and (halves := np.flatnonzero(elastic.halves > 1)).size:
+            # strains of two halves are a node of their own, which their crack has on both sides
+            strains = system.strain_dofs.start + 2 * halves
+            node[strains] = node[strains + 1] = n + 1 + np.arange(len(halves))
+            self._block = np.concatenate((self._block, elastic.block[halves]))
+            dof, crack = dof.copy(), model.interfaces.kind == ContactKind.BRICK_JOINT
+            dof[crack, 8:] = dof[crack, 3:5]
         sides = np.where((dof >= 0) & (dof // 3 != n), node[dof], -1)
         self._sides = sides.reshape(len(dof), 2, dof.shape[1] // 2)  # (m, 2, w / 2)
         self._weight = np.bincount(node[dofs], minlength=len(self._block))
@@ -190,11 +193,7 @@ class EliminationTree:
     # -- symbolic factorisation -----------------------------------------------------------------------------------
 
     def _set_boundaries(self, front: IntArray, node: IntArray, *elements: IntArray) -> None:
-        """Set parents and boundaries of all fronts (symbolic factorisation).
-
-        ``front`` and ``node`` of each free degree of freedom, in the order of the fronts; ``elements``: places of the
-        degrees of freedom of each interface, and of each deformable block, in that order.
-        """
+        """Set parents and boundaries of all fronts (symbolic factorisation) from front, node and elements in places."""
         # nodes are numbered in the same order: where each begins, and its number of degrees of freedom
         first = np.flatnonzero(np.diff(node, prepend=-1, append=-1))
         first, width = first[:-1], np.diff(first)

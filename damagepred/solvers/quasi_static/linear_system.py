@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.kernels.linear.correction import Correction, correct, respond
 from damagepred.kernels.linear.dense import dense_workspace, invert
@@ -190,6 +191,7 @@ class MultifrontalSystem:
         """Diagonal of the elastic stiffness in the order of the fronts: scale of the regularisation."""
         dof, rows = self.tree.kinematics
         own = np.einsum("mjr,mjr->mr", rows, self.elastic.reshape(-1, 3, 3) @ rows)
+        own[self.model.interfaces.kind == ContactKind.BRICK_JOINT] = 0.0  # nearly rigid: no scale of a wall's motion
         summed = np.bincount(dof[dof >= 0], own[dof >= 0], self.model.size)
         total = summed.astype(np.float64)  # without joints they would be whole numbers
         if self._superelements is not None:
