@@ -202,18 +202,12 @@ def _replayed_wall(ds: xr.Dataset) -> Replayed:
     def each(values: list[int]) -> IntArray:
         return np.repeat(np.array(values, dtype=np.int64), np.array(size, dtype=np.int64))
 
-    return Replayed(
-        np.array(len(cracks.states)),
-        each([step for step, _ in rows]),
-        each([numbered.part for _, numbered in rows]),
-        each([numbered.crack.orientation for _, numbered in rows]),
-        joints.contact_x.ravel()[contact],
-        joints.contact_y.ravel()[contact],
-        np.concatenate([numbered.crack.opening for _, numbered in rows]) if rows else np.empty(0),
-        ds["block_x"].values,
-        ds["block_y"].values,
-        ds["block_displacement_y"].values,
-    )
+    x, y = (position.ravel()[contact] for position in (joints.contact_x, joints.contact_y))
+    width = np.concatenate([numbered.crack.opening for _, numbered in rows]) if rows else np.empty(0)
+    steps, parts = each([step for step, _ in rows]), each([numbered.part for _, numbered in rows])
+    directions = each([numbered.crack.orientation for _, numbered in rows])
+    block_x, block_y, rise = (ds[name].values for name in ("block_x", "block_y", "block_displacement_y"))
+    return Replayed(np.array(len(cracks.states)), steps, parts, directions, x, y, width, block_x, block_y, rise)
 
 
 _WIDEST = {"wall": "crack_width_max", "below_dpc": "base_crack_width_max", "dpc": "dpc_opening_max"}

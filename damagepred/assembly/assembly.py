@@ -8,23 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
+from damagepred.assembly import interfaces
 from damagepred.assembly.brick_cracks import whole_centres
 from damagepred.assembly.elastic_blocks import elastic_blocks
 from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_properties, refuse_overlaps, shared_edges
-from damagepred.assembly.interfaces import (
-    Geometry,
-    bodies_of,
-    cut,
-    displacement_by_strain,
-    ground_movement,
-    growing_ground,
-    in_order,
-    joined,
-    number_joints,
-    outlines,
-    place_contacts,
-    with_strain,
-)
+from damagepred.assembly.interfaces import Geometry
 from damagepred.assembly.mesh import Mesh, default_zone_size, mesh_of
 from damagepred.assembly.model import Blocks, Jambs, Model, Supports
 from damagepred.assembly.points import Amount, Hold, Traction, Where, edge_loads, held_too
@@ -297,10 +285,8 @@ class Assembly:
 
         Parameters
         ----------
-        block : int
-            Number of the block.
-        x, y, rotation : bool
-            Whether that degree of freedom is held.
+        block, x, y, rotation
+            Same as for ``support``.
         """
         for axis, held in enumerate((x, y, rotation)):
             if held:
@@ -427,12 +413,8 @@ class Assembly:
 
         Parameters
         ----------
-        block : int
-            The block.
-        x, y, moment : float
-            Force (N) and moment (N m, counter-clockwise) at full movement.
-        at : tuple of float, optional
-            Where the force acts (m); by default at the centroid.
+        block, x, y, moment, at
+            Same as for ``load``, at full movement.
         """
         self._push[block] = self._push.get(block, np.zeros(3)) + self._force(block, (x, y), moment, at)
 
@@ -495,30 +477,30 @@ class Assembly:
             [self._block_materials[number].poisson_ratio for number in self._block_material],
             [a for (a, b), (_, kind) in self._pairs.items() if kind == ContactKind.BRICK_JOINT and b == a + 1],
         )
-        outline, first_vertex, facet = outlines(blocks, mesh)
+        outline, first_vertex, facet = interfaces.outlines(blocks, mesh)
         shared = shared_edges(outline, first_vertex, tolerance)
         grounded, resting = self._ground_edges(outline, first_vertex)
-        edges = joined(shared, grounded)
+        edges = interfaces.joined(shared, grounded)
         kind, material = self._classify(edges, blocks, resting)
         bare = np.array([no_tension_joint(joint) for joint in self._joint_materials])[material]
         bare = (bare | np.isin(kind, list(no_tension))) & ~np.isin(kind, NEVER_CUT)
         parts = np.where(bare, settings.no_tension_parts, 1)
         if elastic is not None:
             parts = np.maximum(parts, elastic.parts(edges, settings.elastic_subdivisions))
-        edges, whole = cut(edges, parts)
+        edges, whole = interfaces.cut(edges, parts)
         kind, material = kind[whole], material[whole]
         on_ground = int((edges.a == len(blocks.x)).sum())
-        order = in_order(edges, kind, blocks, on_ground)
+        order = interfaces.in_order(edges, kind, blocks, on_ground)
         edges = SharedEdges(*(column[order] for column in edges))  # type: ignore[arg-type]
         kind, material = kind[order], material[order]
-        joint, joints = number_joints(edges, kind, blocks)
-        mesh, body_a, body_b = bodies_of(edges, facet, len(blocks.x), mesh)
-        interfaces = place_contacts(
+        joint, joints = interfaces.number_joints(edges, kind, blocks)
+        mesh, body_a, body_b = interfaces.bodies_of(edges, facet, len(blocks.x), mesh)
+        faces = interfaces.place_contacts(
             edges, kind, joint, (body_a, body_b), blocks, mesh, elastic, settings, np.array(self._thickness)
         )
         first = len(kind) - on_ground
-        ground_x = interfaces.x[first:, None] + interfaces.normal_y[first:, None] * interfaces.contact_offset[first:]
-        return Geometry(blocks, interfaces, joints, material, ground_x, mesh, elastic)
+        ground_x = faces.x[first:, None] + faces.normal_y[first:, None] * faces.contact_offset[first:]
+        return Geometry(blocks, faces, joints, material, ground_x, mesh, elastic)
 
     def _zone_sizes(self, settings: Solver) -> dict[int, float]:
         """Deformable blocks and the size of their cells; supported, moved and loaded blocks are rigid."""
@@ -610,10 +592,14 @@ class Assembly:
         middle = float(blocks.vertices[:, 0].min()) + extent / 2
         growth = self._ground_growth
         profile = self._ground_profile if growth is None else lambda x: growth(x, 1.0)
-        ground = ground_movement(geometry, profile) if growth is None else growing_ground(geometry, growth)
+        ground = (
+            interfaces.ground_movement(geometry, profile)
+            if growth is None
+            else interfaces.growing_ground(geometry, growth)
+        )
         if self._strain:
             strains = np.array([self._strain.get(block, 0.0) for block in range(self.n_blocks)])
-            ground = with_strain(ground, displacement_by_strain(geometry, strains))
+            ground = interfaces.with_strain(ground, interfaces.displacement_by_strain(geometry, strains))
         return Model(
             blocks=blocks,
             interfaces=geometry.interfaces,
@@ -689,15 +675,15 @@ class Assembly:
             kind[bed], material[bed] = special, number
         if self._pairs:
             # a vertex on an edge splits it: then a pair of blocks has two interfaces
-            interfaces: dict[tuple[int, int], list[int]] = {}
+            between: dict[tuple[int, int], list[int]] = {}
             for i in np.flatnonzero(inner).tolist():
                 pair = sorted((int(edges.a[i]), int(edges.b[i])))
-                interfaces.setdefault((pair[0], pair[1]), []).append(i)
+                between.setdefault((pair[0], pair[1]), []).append(i)
             for (a, b), (number, given) in self._pairs.items():
-                if (a, b) not in interfaces:
+                if (a, b) not in between:
                     raise InputError(f"blocks {a} and {b} share no edge, so there is no joint to set between them.")
-                material[interfaces[a, b]] = number
-                kind[interfaces[a, b]] = kind[interfaces[a, b]] if given is None else given
+                material[between[a, b]] = number
+                kind[between[a, b]] = kind[between[a, b]] if given is None else given
         kind[first_ground:] = [resting.kind for resting in grounded]
         material[first_ground:] = [resting.material for resting in grounded]
         return kind, material

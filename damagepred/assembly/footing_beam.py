@@ -139,11 +139,6 @@ def section_law(
     return properties._replace(normal_stiffness=normal, shear_stiffness=shear), sections
 
 
-def section_joint() -> Joint:
-    """Joint between segments: unlimited strength."""
-    return Joint(tensile_strength=UNLIMITED_STRENGTH, cohesion=UNLIMITED_STRENGTH, friction=0.0)
-
-
 def soil_joint(scene: Scene) -> Joint:
     """Soil springs: compression and friction only."""
     return Joint(

@@ -184,17 +184,10 @@ def _unfold(house: House, walls: Sequence[Model]) -> Unfolded:
     elastic_sides = None if elastic is None else ElasticSides(*_elastic_sides(walls, elastic, pairs, blocks, order))
     joints = [m.joints._replace(x=m.joints.x + x) for m, x in zip(walls, left)]
     corner_joints = Joints(face.kind, blocks.course[pairs.block[:, 0]], face.x, face.y)
-    return Unfolded(
-        blocks,
-        Interfaces(*_joined([*(f[:-1] for f in faces), face[:-1]], order), elastic_sides),  # type: ignore[call-arg, arg-type]
-        Joints(*_joined([*joints, corner_joints])),
-        elastic,
-        shift,
-        order,
-        tuple(place[a:b] for a, b in pairwise(starts)),
-        place[starts[-1] :],
-        pairs,
-    )
+    columns = _joined([*(f[:-1] for f in faces), face[:-1]], order)
+    interfaces = Interfaces(*columns, elastic_sides)  # type: ignore[call-arg, arg-type]
+    all_joints, rows = Joints(*_joined([*joints, corner_joints])), tuple(place[a:b] for a, b in pairwise(starts))
+    return Unfolded(blocks, interfaces, all_joints, elastic, shift, order, rows, place[starts[-1] :], pairs)
 
 
 def _corner_faces(house: House, pairs: CornerPairs, blocks: Blocks, first_joint: int) -> Interfaces:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
-from damagepred.kernels.concrete_section.law import BRANSON, CRACKED, commit_earlier_moment, moment_curvature_diagram
+from damagepred.kernels.concrete_section.law import BRANSON, CRACKED, commit_earlier_moment
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
 
@@ -187,30 +187,6 @@ def _second_moments(footing: Footing) -> SecondMoments:
         sagging=_cracked_second_moment(footing.width, ratio, ((bottom_area, half + low), (top_area, half + high))),
         hogging=_cracked_second_moment(footing.width, ratio, ((bottom_area, half - low), (top_area, half - high))),
     )
-
-
-def cracking_moment(footing: Footing, axial_force: float = 0.0, hogging: bool = False) -> float:
-    """Cracking moment of a footing (Nm, positive), from below or, hogging, from above; axial force N (N) at mid-depth.
-
-    For law "cracked" with the steel, at most ``USABLE_STRENGTH`` of the wires' moment; for "branson" of the concrete
-    alone, whatever N. 0 if it cracks without a moment.
-    """
-    sections = concrete_sections(np.zeros(1, np.int64), 1.0, footing)
-    if sections.law[0] == BRANSON:
-        return float(sections.cracking_moment[0])
-    face, side = (0, -1.0) if hogging else (1, 1.0)
-    (by_axial, by_moment), wires = sections.pull[0, face], sections.wires_pull[0, face]
-    moments = [side * (1.0 - by[0] * axial_force) / by[1] for by in ((by_axial, by_moment), wires)]
-    return float(max(0.0, min(moments)) * footing.depth)
-
-
-def moment_curvature(footing: Footing, curvature: ArrayLike, axial_force: float = 0.0) -> FloatArray:
-    """Moments (Nm, sagging positive) of a section bent by a sequence of curvatures (1/m), under N (N) at mid-depth."""
-    path = np.ascontiguousarray(np.atleast_1d(curvature), dtype=float)
-    strains, moments = np.zeros_like(path), np.zeros_like(path)
-    sections = concrete_sections(np.zeros(1, np.int64), 1.0, footing)
-    moment_curvature_diagram(sections, SectionMemory.at_first(sections), path, float(axial_force), strains, moments)
-    return moments
 
 
 def _concrete(footing: Footing) -> ReinforcedConcrete:

@@ -14,7 +14,14 @@ from damagepred.assembly import footing_beam, loading
 from damagepred.assembly.assembly import GRAVITY, NO_JAMBS, Assembly, rectangle
 from damagepred.assembly.bond import Brick, gauge, halved, lay_bricks, parted
 from damagepred.assembly.brick_cracks import brick_joint, bricks_break, whole_centres, with_brick_stiffness
-from damagepred.assembly.footing_beam import Foundation, add_footing, deflection_of, foundation, upward
+from damagepred.assembly.footing_beam import (
+    UNLIMITED_STRENGTH,
+    Foundation,
+    add_footing,
+    deflection_of,
+    foundation,
+    upward,
+)
 from damagepred.assembly.imposed_history import ImposedHistory
 from damagepred.assembly.interfaces import (
     Geometry,
@@ -421,7 +428,7 @@ def _joint_materials(scene: Scene) -> list[Joint]:
         scene.footing.joint or scene.joint,
         footing_beam.soil_joint(scene),
         loading.bearing_joint(scene) if scene.support else footing_beam.support_joint(scene, pulls=held),
-        footing_beam.section_joint(),
+        Joint(tensile_strength=UNLIMITED_STRENGTH, cohesion=UNLIMITED_STRENGTH, friction=0.0),  # between segments
         control_joint(scene.joint),
         scene.heads,
         scene.joint if scene.block.fracture_energy is None else brick_joint(scene.block),

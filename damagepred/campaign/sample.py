@@ -12,19 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from damagepred.archive import schema
 from damagepred.archive.cautions import TOLERANCES, energy_shares, implausible
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
 from damagepred.archive.provenance import as_table, environment
-from damagepred.archive.schema import (
-    CATEGORY_VARIABLES,
-    FLAG_FILL,
-    GROWING_GROUND,
-    VARIABLES,
-    WORST_CATEGORY,
-    category_attributes,
-    wall_attributes,
-)
+from damagepred.archive.schema import FLAG_FILL, VARIABLES
 from damagepred.arrays import FloatArray
 from damagepred.assembly import wall_geometry
 from damagepred.assembly.house import HouseModel
@@ -43,7 +36,10 @@ from damagepred.scene import House, Scene
 from damagepred.uq.design import Design
 from damagepred.uq.fields import JointPlaces, course_sequences
 
-OF_SOME = {"time": {"units": "year"}, "surface_movement": GROWING_GROUND}  # attributes of columns that some walls have
+OF_SOME = {
+    "time": {"units": "year"},
+    "surface_movement": schema.GROWING_GROUND,
+}  # attributes of columns that some walls have
 NOT_STARTED = -1  # status of a sample that was not started because the study is to stop
 
 
@@ -302,10 +298,15 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     }
     columns = {name: _blank(name)._replace(values=value) for name, value in filled.items()}
     solver, source = settings.scene.solver, f"{table.name}; {table.source}"
-    categories = [c for name in (*CATEGORY_VARIABLES, WORST_CATEGORY) for c in (name, f"wall_{name}") if c in columns]
+    categories = [
+        c
+        for name in (*schema.CATEGORY_VARIABLES, schema.WORST_CATEGORY)
+        for c in (name, f"wall_{name}")
+        if c in columns
+    ]
     for name, more in (
         ("environment", as_table([environment()])),
-        *((category, category_attributes(table.category_names, source, category)) for category in categories),
+        *((category, schema.category_attributes(table.category_names, source, category)) for category in categories),
         *rules.attributes().items(),
         *((share, {"tolerance": getattr(solver, option)}) for share, option in TOLERANCES.items()),
         ("snap_through_share", {"tolerance": solver.snap_through_tolerance}),
@@ -313,7 +314,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     ):
         columns[name] = columns[name]._replace(attributes={**columns[name].attributes, **more})
     if isinstance(settings.scene, House):
-        columns["wall"] = columns["wall"]._replace(attributes=wall_attributes(settings.scene.names))
+        columns["wall"] = columns["wall"]._replace(attributes=schema.wall_attributes(settings.scene.names))
     # an unloaded rig ends the movement
     return _kept_of_movement(columns, settings.study.movement, len(steps) - 1 if last.end.unloaded else increments)
 

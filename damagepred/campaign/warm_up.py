@@ -13,18 +13,6 @@ from damagepred.one_wall.solve import solve
 from damagepred.scene import House, Loads, Movement, Scene
 
 
-def _small_on_the_ground(small: Scene, scene: Scene) -> Scene:
-    """Small wall on a footing that bends freely until it cracks."""
-    return replace(
-        small,
-        movement=replace(scene.movement, central_deflection=5e-3, increments=1, stage=(), seasons=None),
-        mound=replace(scene.mound, surface_movement=0.02),
-        rig=replace(scene.rig, supports=(), jacks=(), stop_at_zero=False),
-        soil=replace(scene.soil, swelling_stiffness=1e8, shrinking_stiffness=1e8),
-        solver=scene.solver,
-    )
-
-
 def warm_up(scene: Scene, rare: bool = True) -> None:
     """Compile the kernels for a scene, so that workers only load them; ``rare``: also kernels few walls need."""
     if isinstance(scene, House):
@@ -50,7 +38,15 @@ def warm_up(scene: Scene, rare: bool = True) -> None:
         if scene.dpc is not None:
             runs.append((replace(small, dpc=None), small.solver))
         if not scene.movement.prescribed:
-            runs.append((_small_on_the_ground(small, scene), scene.solver))
+            on_ground = replace(  # a footing that bends freely until it cracks
+                small,
+                movement=replace(scene.movement, central_deflection=5e-3, increments=1, stage=(), seasons=None),
+                mound=replace(scene.mound, surface_movement=0.02),
+                rig=replace(scene.rig, supports=(), jacks=(), stop_at_zero=False),
+                soil=replace(scene.soil, swelling_stiffness=1e8, shrinking_stiffness=1e8),
+                solver=scene.solver,
+            )
+            runs.append((on_ground, scene.solver))
     for wall, solver in runs:
         with suppress(SolverError):
             list(follow(model_of(replace(wall, solver=solver)), solver, wall.damage, wall.movement.increment_count))

@@ -222,15 +222,17 @@ class LocalPool:
     def _wait(self) -> None:
         """Wait until a worker answers, dies or exceeds the time limit, or a batch is submitted."""
         by_socket = {worker.socket: worker for worker in self._workers}
-        for readable in wait([*by_socket, self._woken], timeout=self._wait_time()):
+        soonest = min(map(self._deadline, self._workers), default=math.inf)
+        limit = None if soonest == math.inf else max(0.0, soonest - time.monotonic()) + 1e-3
+        for readable in wait([*by_socket, self._woken], timeout=limit):
             if readable is self._woken:
                 self._woken.recv()
             else:
                 self._receive(by_socket[readable])  # type: ignore[index]
         for worker in list(self._workers):
             if time.monotonic() > self._deadline(worker):
-                limit = self.answer_limit if worker.began is None else self.timeout
-                self._remove(worker, TimeoutError(f"took longer than its time limit ({limit:g} s)"))
+                most = self.answer_limit if worker.began is None else self.timeout
+                self._remove(worker, TimeoutError(f"took longer than its time limit ({most:g} s)"))
 
     def _deadline(self, worker: _Worker) -> float:
         """Time by which a worker must answer (s, monotonic clock)."""
@@ -239,10 +241,6 @@ class LocalPool:
         if not worker.is_ready:
             return worker.asked + START_LIMIT if worker.is_told else math.inf
         return math.inf if worker.future is None else worker.asked + self.answer_limit
-
-    def _wait_time(self) -> float | None:
-        soonest = min(map(self._deadline, self._workers), default=math.inf)
-        return None if soonest == math.inf else max(0.0, soonest - time.monotonic()) + 1e-3
 
     def _receive(self, worker: _Worker) -> None:
         try:

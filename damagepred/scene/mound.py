@@ -161,10 +161,8 @@ class Mound:
 
         Parameters
         ----------
-        length : float
-            Length of the wall (m).
-        kind : Kind
-            Dishing or doming.
+        length, kind
+            Same as for ``profile``.
         """
         return self.shape != "walsh" or self.at(0.0).edge(length, kind) == self.edge(length, kind)
 
@@ -202,12 +200,8 @@ class Mound:
 
         Parameters
         ----------
-        x : array of float
-            Distance from the left end of the wall (m), any shape.
-        length : float
-            Length of the wall (m).
-        kind : {"dishing", "doming", "settle", "heave"}
-            Kind of movement.
+        x, length, kind
+            Same as for ``profile``.
 
         Notes
         -----
@@ -224,10 +218,8 @@ class Mound:
 
         Parameters
         ----------
-        length : float
-            Length of the wall (m).
-        kind : Kind
-            Dishing or doming.
+        length, kind
+            Same as for ``profile``.
 
         Notes
         -----

@@ -21,14 +21,11 @@ class Numbered(Protocol):
 
 
 _LEAST = {
-    "tensile_strength": (10.0, 100.0, "MPa"),
-    "cohesion": (10.0, 100.0, "MPa"),
+    **dict.fromkeys(("tensile_strength", "cohesion"), (10.0, 100.0, "MPa")),
     "compressive_strength": (1e3, 1e4, "MPa"),
     "steel_strength": (1e4, 1e6, "MPa"),
-    "normal_stiffness": (1e4, 1e6, "N/mm3"),
-    "shear_stiffness": (1e4, 1e6, "N/mm3"),
-    "swelling_stiffness": (1e4, 1e5, "kPa/m"),
-    "shrinking_stiffness": (1e4, 1e5, "kPa/m"),
+    **dict.fromkeys(("normal_stiffness", "shear_stiffness"), (1e4, 1e6, "N/mm3")),
+    **dict.fromkeys(("swelling_stiffness", "shrinking_stiffness"), (1e4, 1e5, "kPa/m")),
     "elastic_modulus": (1e5, 1e6, "MPa"),
     "steel_modulus": (1e6, 1e8, "MPa"),
     "density": (50.0, 200.0, ""),
@@ -42,24 +39,14 @@ A thousandth of the weakest masonry or softest clay is impossible: a mortar of 1
 footing sinks by metres into soil of 10 kPa/m.
 """
 
-_MOVED = (2.0, 0.3)
-_IN_JOINT = (1.0, 0.1)
-_AROUND = (500.0, 100.0)
-_BELOW = (300.0, 30.0)
 _MOST = {
     "friction": (5.0, 5.0),
     "density": (12e3, 9e3),
     # the ground and a loading move by millimetres
-    "surface_movement": _MOVED,
-    "movement.trend": _MOVED,
-    "movement.swing": _MOVED,
-    "movement.shift": _MOVED,
-    "loading.displacement": _MOVED,
+    **dict.fromkeys(("surface_movement", "movement.trend", "movement.swing", "movement.shift"), (2.0, 0.3)),
+    **dict.fromkeys(("movement.settlement", "loading.displacement"), (2.0, 0.3)),
     # widths in joints and cracks, by millimetres
-    "loading.opening": _IN_JOINT,
-    "dpc_threshold": _IN_JOINT,
-    "footing_threshold": _IN_JOINT,
-    "band_threshold": _IN_JOINT,
+    **dict.fromkeys(("loading.opening", "dpc_threshold", "footing_threshold", "band_threshold"), (1.0, 0.1)),
     "control_joint.width": (5.0, 0.5),
     # parts of a wall
     "lintel_bearing": (5.0, 1.0),
@@ -67,18 +54,10 @@ _MOST = {
     "group_distance": (500.0, 50.0),
     "band_gauge": (100.0, 20.0),
     # the ground around and below
-    "mound.position": (5000.0, 500.0),
-    "mound.reach": _AROUND,
-    "movement.settlement": _MOVED,
-    "movement.position": (5000.0, 500.0),
-    **dict.fromkeys(("movement.reach", "trough_width", "tunnel_diameter"), _AROUND),
-    "mound.edge_distance": _AROUND,
-    "mound.dishing_edge_base": _AROUND,
-    "tunnel_depth": _AROUND,
-    "embedment": _BELOW,
-    "suction_depth": _BELOW,
-    "restraint_depth": _BELOW,
-    "soil_layer.thickness": _BELOW,
+    **dict.fromkeys(("mound.position", "movement.position"), (5000.0, 500.0)),
+    **dict.fromkeys(("mound.reach", "movement.reach", "mound.edge_distance"), (500.0, 100.0)),
+    **dict.fromkeys(("mound.dishing_edge_base", "trough_width", "tunnel_diameter", "tunnel_depth"), (500.0, 100.0)),
+    **dict.fromkeys(("embedment", "suction_depth", "restraint_depth", "soil_layer.thickness"), (300.0, 30.0)),
 }
 """End of a key, or table and key: numbers (SI), of either sign, above which a value is impossible and unlikely.
 

@@ -106,19 +106,9 @@ class Design:
             innovation = innovation_factor(joint_factor, {place: lag[place] for place in joint})
         else:
             by_distance = WallFields(joint, fields, marginals, joint_factor)
-        return cls(
-            seed,
-            sampler,
-            marginals,
-            wall,
-            joint,
-            wall_factor,
-            joint_factor,
-            lag,
-            innovation,
-            by_distance,
-            joint_quantiles={place: JointQuantile(marginals[place]) for place in joint},
-        )
+        quantiles = {place: JointQuantile(marginals[place]) for place in joint}
+        factors = wall_factor, joint_factor
+        return cls(seed, sampler, marginals, wall, joint, *factors, lag, innovation, by_distance, quantiles)
 
     @one_blas_thread()
     def wall_values(self, samples: int) -> dict[str, FloatArray]:
@@ -151,14 +141,8 @@ class Design:
         how, size = self.sampler, len(self.wall)
         mixed = bool(how.proposals) and how.nominal_share > 0
         unit = how.unit_points(size + mixed, samples, self.seed)
-        return draw(
-            ndtri(unit[:, :size]),
-            self.wall_factor,
-            self.wall,
-            how.proposals,
-            how.nominal_share,
-            unit[:, size] if mixed else None,
-        )
+        independent, turn = ndtri(unit[:, :size]), unit[:, size] if mixed else None
+        return draw(independent, self.wall_factor, self.wall, how.proposals, how.nominal_share, turn)
 
     @one_blas_thread()
     def joint_values(self, sample: int, places: JointPlaces | IntArray) -> dict[str, FloatArray]:

@@ -105,14 +105,9 @@ def category_capacities(
         upper = np.where(moved | np.isinf(upper), upper / end, 0.0)
         lower = np.minimum(np.where(failing, np.minimum(lower / end, 1.0 - LEAST_MISSING), lower / end + ~moved), upper)
     replicates = int(ds.attrs.get("replicates", 1))
-    return CategoryCapacities(
-        walls.sample,
-        lower,
-        upper,
-        walls.weight if "weight" in ds else None,
-        walls.sample % replicates if replicates >= ENOUGH_REPLICATES else None,
-        failing,
-    )
+    weight = walls.weight if "weight" in ds else None
+    replicate = walls.sample % replicates if replicates >= ENOUGH_REPLICATES else None
+    return CategoryCapacities(walls.sample, lower, upper, weight, replicate, failing)
 
 
 def wanted_movement(ds: xr.Dataset, at: float | str | MovementDistribution, measure: str) -> MovementDistribution:

@@ -25,24 +25,18 @@ def unit_points(sampler: str, dimensions: int, samples: int, seed: int, replicat
         return np.empty((samples, 0))
     if sampler == "random":
         return np.array([generator(seed, Stream.WALL, i).random(dimensions) for i in range(samples)])
-    if sampler == "lhs":
-        from scipy.stats import qmc
+    from scipy.stats import qmc
 
+    if sampler == "lhs":
         cube = qmc.LatinHypercube(dimensions, rng=generator(seed, Stream.SCRAMBLE, 0))
         return np.asarray(cube.random(samples))
     points = np.empty((samples, dimensions))
     for scramble in range(min(replicates, samples)):
         turn = points[scramble::replicates]
-        turn[:] = _sobol(dimensions, len(turn), generator(seed, Stream.SCRAMBLE, scramble))
+        sobol = qmc.Sobol(dimensions, scramble=True, rng=generator(seed, Stream.SCRAMBLE, scramble))
+        # the sequence is made for powers of two; the first points stay the same
+        turn[:] = sobol.random(1 << max(len(turn) - 1, 1).bit_length())[: len(turn)]
     return np.clip(points, 2.0**-53, 1.0 - 2.0**-53)
-
-
-def _sobol(dimensions: int, samples: int, scramble: np.random.Generator) -> FloatArray:
-    from scipy.stats import qmc
-
-    # the sequence is made for powers of two; the first points stay the same
-    whole = 1 << max(samples - 1, 1).bit_length()
-    return np.asarray(qmc.Sobol(dimensions, scramble=True, rng=scramble).random(whole)[:samples])
 
 
 WEIGHT = "weight"  # column that is no number of the scene

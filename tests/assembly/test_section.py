@@ -3,14 +3,33 @@
 import numpy as np
 import pytest
 
-from damagepred.assembly.section import _second_moments, concrete_sections, cracking_moment, moment_curvature
+from damagepred.assembly.section import SectionMemory, _second_moments, concrete_sections
 from damagepred.errors import InputError
+from damagepred.kernels.concrete_section.law import BRANSON, moment_curvature_diagram
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
 
 
 def footing(width=0.3, depth=0.3, **concrete):
     return Footing(width=width, depth=depth, concrete=ReinforcedConcrete(**concrete))
+
+
+def cracking_moment(footing, axial_force=0.0):
+    """Cracking moment (Nm) from below, under an axial force (N) at mid-depth."""
+    sections = concrete_sections(np.zeros(1, np.int64), 1.0, footing)
+    if sections.law[0] == BRANSON:
+        return float(sections.cracking_moment[0])
+    moments = [(1.0 - by[0] * axial_force) / by[1] for by in (sections.pull[0, 1], sections.wires_pull[0, 1])]
+    return float(max(0.0, min(moments)) * footing.depth)
+
+
+def moment_curvature(footing, curvature):
+    """Moments (Nm, sagging positive) of a section bent by a sequence of curvatures (1/m)."""
+    path = np.ascontiguousarray(np.atleast_1d(curvature), dtype=float)
+    strains, moments = np.zeros_like(path), np.zeros_like(path)
+    sections = concrete_sections(np.zeros(1, np.int64), 1.0, footing)
+    moment_curvature_diagram(sections, SectionMemory.at_first(sections), path, 0.0, strains, moments)
+    return moments
 
 
 def by_hand(width, depth, n, area, d):
