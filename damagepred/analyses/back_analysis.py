@@ -109,9 +109,8 @@ def infer(
             break
         for k in np.flatnonzero(weak):
             weight = ds["posterior"].values[ds["study_of_sample"].values == k].sum(axis=1)
-            stored[int(k)] = _with_new_walls(
-                stored[int(k)], weight, seen, number, workers, options, on_replay, on_walls
-            )
+            new = _with_new_walls(stored[k], weight, seen, number, workers, options, on_replay, on_walls)
+            stored[k] = new
         ds = posterior(stored, seen, workers, options, on_replay)
     return ds
 

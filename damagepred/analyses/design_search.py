@@ -225,9 +225,8 @@ def search_design(
             selection = select_cheapest(costs, losses, target.probability, options, on_round)
             quantity, units, words = "probability", {"units": "1"}, "undecided_or_dearer meets fails"
         else:
-            selection = select_least_expected(
-                costs, losses, target.repair_costs[-1], options, target.tolerance, on_round
-            )
+            costs_of_repair = target.repair_costs[-1]
+            selection = select_least_expected(costs, losses, costs_of_repair, options, target.tolerance, on_round)
             quantity, units, words = "expected_cost", {}, "undecided best dearer"
     measures = list(_values_of_measures(content, built, values))
     decision = np.where(selection.meets, 1, np.where(selection.fails, 2, 0)).astype(np.int8)

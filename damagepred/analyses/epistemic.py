@@ -22,6 +22,8 @@ from damagepred.uq.exceedance import Exceedance, exceedance
 from damagepred.uq.movement_distribution import MovementDistribution
 from damagepred.uq.variable import Variable
 
+Movement = float | MovementDistribution
+
 
 class Alternative(NamedTuple):
     """Probability under one set of distributions."""
@@ -36,7 +38,7 @@ class Alternative(NamedTuple):
 def alternatives(
     path: str | Path,
     category: int,
-    at: float | MovementDistribution,
+    at: Movement,
     *,
     others: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None,
     confidence: float = 0.9,
@@ -69,9 +71,7 @@ def _changed(settings: StudySettings, name: str, changes: Mapping[str, Mapping[s
     return replace(settings, variables=variables, study=replace(settings.study, epistemic={}))
 
 
-def _estimate(
-    name: str, ds: xr.Dataset, category: int, at: float | MovementDistribution, confidence: float
-) -> Alternative:
+def _estimate(name: str, ds: xr.Dataset, category: int, at: Movement, confidence: float) -> Alternative:
     found = exceedance(ds, category, at, confidence=confidence)
     count = effective_samples(ds["weight"].values) if "weight" in ds else float(found.estimate.samples)
     return Alternative(name, found, count)

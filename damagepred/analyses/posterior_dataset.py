@@ -276,9 +276,8 @@ def _crack_maps(
     cell = options.map_cell
     rows, columns = (max(1, int(np.ceil(max(w[key] for w in walls) / cell))) for key in ("height", "length"))
     shape = rows, columns
-    maps = [
-        w.crack_map(weight, cell, options.map_width, shape, options.negligible) for w, weight in zip(studies, weights)
-    ]
+    limits = options.map_width, shape, options.negligible
+    maps = [each.crack_map(weight, cell, *limits) for each, weight in zip(studies, weights)]
     middle = [(np.arange(n) + 0.5) * cell for n in shape]
     return {
         "crack_probability": (("study", "map_y", "map_x"), np.array(maps), {"wider_than": options.map_width}),

@@ -123,9 +123,8 @@ def states_of(
         draws = _joined([_drawn(seen, k, _normals(seen, k, options, k), equal) for k in kinds])
         effective = np.inf
         draw = np.random.default_rng(0).integers(len(draws.log_weight), size=DRAWN)
-    return states._replace(
-        past=draws.past, drawn=(rows[row], increment, draw), effective=effective, visits=tuple(visits)
-    )
+    drawn = rows[row], increment, draw
+    return states._replace(past=draws.past, drawn=drawn, effective=effective, visits=tuple(visits))
 
 
 def _log_likelihood(walls: StoredWalls, seen: Observations, draws: _Draws, rows: IntArray, local: bool) -> FloatArray:

@@ -59,9 +59,8 @@ def posterior_tables(ds: xr.Dataset) -> list[Table]:
         causes.append([name, moved, *odds, *shares])
         if "until" not in ds:
             continue
-        kinds = ", ".join(
-            f"{k} {chance(float(p))}" for k, p in zip(ds["kind"].values, cause["history_posterior"].values)
-        )
+        of_kinds = zip(ds["kind"].values, cause["history_posterior"].values)
+        kinds = ", ".join(f"{kind} {chance(float(p))}" for kind, p in of_kinds)
         rates.append([name, _interval(cause["rate_quantile"], measure) + unit, kinds])
         for k, day in enumerate(ds["until"].values):
             moved = _interval(cause["forecast_quantile"][k], measure) + unit

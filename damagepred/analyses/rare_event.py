@@ -130,9 +130,8 @@ def _prepare(
     try:
         before = read_signed_json(question_file(folder), study) if question_file(folder).exists() else {}
     except DamagedError as error:  # digests in the logs include the question
-        warnings.warn(
-            f"{error} It is set aside as {folder.set_aside(question_file(folder))}.", ArchiveWarning, stacklevel=3
-        )
+        aside = folder.set_aside(question_file(folder))
+        warnings.warn(f"{error} It is set aside as {aside}.", ArchiveWarning, stacklevel=3)
         before = {}
     if not before:
         others = any(p.name != "study.toml" and not p.name.startswith(".") for p in folder.path.iterdir())

@@ -22,7 +22,7 @@ from damagepred.archive.digest import read_signed_json
 from damagepred.archive.files import write_whole
 from damagepred.archive.folder import StudyFolder
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.campaign.sample import joint_places
+from damagepred.campaign.sample import SampledWall, joint_places
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.warm_up import warm_up
 from damagepred.campaign.workers import LocalPool, WorkerDied
@@ -39,9 +39,7 @@ class Solved(NamedTuple):
     seconds: float
 
 
-def normals_to_wall(
-    settings: StudySettings, design: Design, normals: FloatArray
-) -> tuple[Scene, dict[str, FloatArray]]:
+def normals_to_wall(settings: StudySettings, design: Design, normals: FloatArray) -> SampledWall:
     """Scene and values of the joints for standard normals."""
     count = len(design.wall)
     values = design.wall_values_from(normals[None, :count])

@@ -184,9 +184,8 @@ def _replayed(folder: Path, sample: int) -> Replayed:
     if not isinstance(scene, House):
         return _replayed_wall(ds)
     walls = [_replayed_wall(wall_dataset(ds, name)) for name in scene.names]
-    moved = [
-        wall._replace(x=wall.x + left, block_x=wall.block_x + left) for wall, left in zip(walls, unfolded_starts(scene))
-    ]
+    starts = zip(walls, unfolded_starts(scene))
+    moved = [wall._replace(x=wall.x + left, block_x=wall.block_x + left) for wall, left in starts]
     columns = [np.concatenate(column, axis=-1) for column in list(zip(*moved))[1:]]
     return Replayed(walls[0].increments, *columns)
 

@@ -351,9 +351,8 @@ class Assembly:
         """
         for amount in (x, y):
             if amount is not None and not callable(amount):
-                require_number(
-                    f"block {block}: displacement", amount, -LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT, unit="m"
-                )
+                limits = -LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT
+                require_number(f"block {block}: displacement", amount, *limits, unit="m")
         self._holds.append(Hold(self._check(block), where, x, y))
 
     @checked
@@ -522,9 +521,8 @@ class Assembly:
         held = {dof // 3 for dof in self._prescribed}
         stated = getattr(settings, "stated", {})  # by default no block is elastic where others have zones
         default = settings.blocks == "elastic" and (mesh is None or not {"blocks", "accuracy"}.isdisjoint(stated))
-        chosen = [
-            (default if given is None else given) and block not in held for block, given in enumerate(self._elastic)
-        ]
+        wanted = (default if given is None else given for given in self._elastic)
+        chosen = [elastic and block not in held for block, elastic in enumerate(wanted)]
         if mesh is not None and any(chosen):
             raise InputError(
                 "elastic blocks and blocks of zones do not go together in one wall; take solver.blocks = 'rigid' with "
@@ -592,11 +590,10 @@ class Assembly:
         middle = float(blocks.vertices[:, 0].min()) + extent / 2
         growth = self._ground_growth
         profile = self._ground_profile if growth is None else lambda x: growth(x, 1.0)
-        ground = (
-            interfaces.ground_movement(geometry, profile)
-            if growth is None
-            else interfaces.growing_ground(geometry, growth)
-        )
+        if growth is None:
+            ground = interfaces.ground_movement(geometry, profile)
+        else:
+            ground = interfaces.growing_ground(geometry, growth)
         if self._strain:
             strains = np.array([self._strain.get(block, 0.0) for block in range(self.n_blocks)])
             ground = interfaces.with_strain(ground, interfaces.displacement_by_strain(geometry, strains))

@@ -180,9 +180,8 @@ def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
         operations = 4 * levels * (3 * bricks / courses + 2 * facets) ** 3
         factorisations = QUASI_STATIC_FACTORISATIONS * operations * OPERATION_TIME
         time = steps * (QUASI_STATIC_EVALUATIONS * evaluation + factorisations)
-    memory = (
-        16 * levels * ((degrees + 4 * facets) * bricks / courses) ** 2 + 16 * (2 * gridpoints / max(blocks, 1.0)) ** 2
-    )
+    memory = 16 * levels * ((degrees + 4 * facets) * bricks / courses) ** 2
+    memory += 16 * (2 * gridpoints / max(blocks, 1.0)) ** 2
     memory += BLOCK_MEMORY * blocks + CONTACT_MEMORY * contacts + ZONE_MEMORY * zones
     memory += steps * 8 * (9 * blocks + 6 * contacts + 5 * zones + 2 * gridpoints)
     unknowns = degrees * bricks + 3 * segments + 2 * gridpoints

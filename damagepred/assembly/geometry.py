@@ -34,10 +34,8 @@ def convex_polygon(vertices: ArrayLike, name: str) -> FloatArray:
     turns = [ax * by - ay * bx for (ax, ay), (bx, by) in zip(edges, edges[1:] + edges[:1], strict=True)]
     if sum(turns) < 0:
         return convex_polygon(corners[::-1], name)
-    bends = [
-        math.atan2(turn, ax * bx + ay * by)
-        for turn, (ax, ay), (bx, by) in zip(turns[:-1], edges[:-1], edges[1:], strict=True)
-    ]
+    corners_of = zip(turns[:-1], edges[:-1], edges[1:], strict=True)
+    bends = [math.atan2(turn, ax * bx + ay * by) for turn, (ax, ay), (bx, by) in corners_of]
     rounding = 8 * _EPS * max(max(map(abs, x)), max(map(abs, y))) * size  # far from the origin digits are few
     if min(turns) < -1e-12 * size**2 - rounding or sum(bends) > 2 * math.pi:
         raise InputError(f"{name}: is not convex; cut it into convex blocks.")

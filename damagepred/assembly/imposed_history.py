@@ -68,9 +68,8 @@ class ImposedHistory(GroundMovement):
         @lru_cache(maxsize=32)  # solvers repeat the same few
         def state(coordinate: float) -> Ground:
             factor, strain = (float(np.interp(coordinate, coordinates, values)) for values in (factors, strains))
-            ground_state = Ground(
-                *(strain * unit + creeping for unit, creeping in zip(unit_strain, viscous.at(coordinate)))
-            )
+            by_bricks = zip(unit_strain, viscous.at(coordinate))
+            ground_state = Ground(*(strain * unit + creeping for unit, creeping in by_bricks))
             for values, by_ground in zip(ground_state, ground.at(factor)):
                 values[first:] += by_ground
             return ground_state

@@ -202,9 +202,8 @@ def displacement_by_strain(geometry: Geometry, strain: FloatArray) -> Ground:
     tangent = face.normal_y[:, None], -face.normal_x[:, None]
     position_x, position_y = (m[:, None] + t * face.contact_offset for m, t in zip((face.x, face.y), tangent))
     a, b = face.block_a[:, None], face.block_b[:, None]
-    apart_x, apart_y = (
-        e[b] * (position - c[b]) - e[a] * (position - c[a]) for position, c in ((position_x, x), (position_y, y))
-    )
+    sides = (position_x, x), (position_y, y)
+    apart_x, apart_y = (e[b] * (position - c[b]) - e[a] * (position - c[a]) for position, c in sides)
     normal = apart_x * face.normal_x[:, None] + apart_y * face.normal_y[:, None]
     return Ground(-normal, -(apart_x * tangent[0] + apart_y * tangent[1]))
 

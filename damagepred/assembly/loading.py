@@ -84,9 +84,8 @@ def under_loads(scene: Scene, model: Model, bricks: Sequence[Brick], sides: Side
         turning = 3 * len(bricks) + 2
         dofs = np.array([turning] if loading.beam == "level" else [turning - 1, turning])
         none = np.zeros(len(dofs))
-        held = model.supports._replace(
-            prescribed=dofs, prescribed_displacement=none, start=none, after_load=dofs < turning
-        )
+        after = dofs < turning
+        held = model.supports._replace(prescribed=dofs, prescribed_displacement=none, start=none, after_load=after)
         model = replace(model, supports=held)
     push, gauge = _push(scene, model, sides), _gauge(loading, model, bricks)
     test = LaboratoryTest(push, gauge, loading.target if loading.control == "force" else 0.0)

@@ -299,9 +299,8 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
     properties = with_brick_stiffness(properties, interfaces, bricks, scene.block)
     if scene.solver.lump_block_elasticity:
         # a beam's cross-section keeps its shape: its elasticity is in the interfaces between its segments
-        properties = lump_block_elasticity(
-            properties, interfaces, places, substances, substance, len(bricks), geometry.elastic
-        )
+        bodies = substances, substance, len(bricks)
+        properties = lump_block_elasticity(properties, interfaces, places, *bodies, geometry.elastic)
     properties, sections = footing_beam.section_law(properties, geometry, scene.footing)
     properties, snap_back = brittle_where_soft(properties, interfaces.joint)
     lumped = properties.normal_stiffness, properties.shear_stiffness
@@ -393,9 +392,8 @@ def _on_jacks(scene: Scene, model: Model, geometry: Geometry, footing: IntArray)
             f"rig.supports: between {supports[0]:g} and {supports[-1]:g} m the footing is one rigid segment, which no "
             "jack bends; put the supports farther apart, or give a footing.segment_length of less than half of that"
         )
-    return replace(
-        model, span=supports[-1] - supports[0], deflection=deflection, jacks=footing_beam.jacks_model(scene, up)
-    )
+    jacks, span = footing_beam.jacks_model(scene, up), supports[-1] - supports[0]
+    return replace(model, span=span, deflection=deflection, jacks=jacks)
 
 
 def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray) -> Model:

@@ -243,9 +243,8 @@ class Campaign:
             if engine is None and not folder.exists:  # workers load the program while the design is drawn
                 engine = LocalPool(where, min(workers, requested), timeout, preload=True)
             study = self._resuming(folder) if folder.exists else self
-            drawn, status = study._prepare(
-                folder, requested, UNSOLVED if retry_failed else (SampleStatus.MISSING,), mix_versions
-            )
+            run = UNSOLVED if retry_failed else (SampleStatus.MISSING,)
+            drawn, status = study._prepare(folder, requested, run, mix_versions)
             if retry_failed:
                 failures = set(np.flatnonzero(status == SampleStatus.FAILED).tolist()) | folder.failed_samples()
                 folder.forget_failures({i for i in failures if i < requested})
@@ -269,9 +268,8 @@ class Campaign:
             if engine is not None:
                 engine.kill()
             lock.release()
-        return RunSummary(
-            folder.path, state.total, state.done, state.failed, state.done < state.total, time.perf_counter() - began
-        )
+        seconds = time.perf_counter() - began
+        return RunSummary(folder.path, *state[:3], state.done < state.total, seconds)
 
     def _run(
         self,
@@ -362,9 +360,8 @@ class Campaign:
         changed = {**manifest, "samples": drawn, **self._head}
         if changed != manifest or manifest["schema_version"] != SCHEMA_VERSION:
             folder.write_manifest(changed)
-        return drawn, np.concatenate(
-            (status, np.full(max(0, drawn - len(status)), SampleStatus.MISSING, dtype=np.int8))
-        )
+        added = np.full(max(0, drawn - len(status)), SampleStatus.MISSING, dtype=np.int8)
+        return drawn, np.concatenate((status, added))
 
     def _check_parts(self, folder: StudyFolder, run: tuple[int, ...], requested: int, mix_versions: bool) -> Int8Array:
         """Set damaged files aside, refuse a mixture of program versions; return the status of all samples."""

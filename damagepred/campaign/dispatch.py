@@ -78,16 +78,15 @@ class GivenExecutor:
 
 
 Engine = LocalPool | GivenExecutor
+Task = tuple[int, Mapping[str, float]]  # sample with its values for the whole wall
 
 
 class Batches:
     """Samples (in ascending order, with their values) in batches whose size follows the measured time of samples."""
 
-    def __init__(
-        self, tasks: Iterable[tuple[int, Mapping[str, float]]], count: int, timeout: float | None = None
-    ) -> None:
+    def __init__(self, tasks: Iterable[Task], count: int, timeout: float | None = None) -> None:
         self._tasks = iter(tasks)
-        self._next: tuple[int, Mapping[str, float]] | None = next(self._tasks, None)
+        self._next: Task | None = next(self._tasks, None)
         self._count, self._timeout = count, timeout
         self._seconds, self._known, self._taken = 0.0, 0, 0
 

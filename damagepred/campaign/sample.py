@@ -57,10 +57,11 @@ Batch = Sequence[tuple[int, Mapping[str, float]]]
 """Consecutive samples of one task, each with its values for the whole wall."""
 
 
+SampledWall = tuple[Scene, dict[str, FloatArray]]  # scene of a sample, and its values that vary from joint to joint
+
+
 @one_blas_thread()
-def sampled_wall(
-    settings: StudySettings, design: Design, sample: int, values: Mapping[str, float]
-) -> tuple[Scene, dict[str, FloatArray]]:
+def sampled_wall(settings: StudySettings, design: Design, sample: int, values: Mapping[str, float]) -> SampledWall:
     """Scene of one sample, by its values for the whole wall, and its values that vary from joint to joint."""
     scene = settings.scene.with_values(values).with_seed(settings.study.seed, sample)
     if not design.joint:
@@ -73,9 +74,7 @@ def sampled_wall(
     return scene, _on_nearest(design.joint_values(sample, joint_places(drawn_on)), drawn_on, scene)
 
 
-def sample_of(
-    settings: StudySettings, design: Design, sample: int, samples: int
-) -> tuple[Scene, dict[str, FloatArray]]:
+def sample_of(settings: StudySettings, design: Design, sample: int, samples: int) -> SampledWall:
     """Scene of one sample of a design of some samples, and its values that vary from joint to joint."""
     values = design.wall_values(samples)
     return sampled_wall(settings, design, sample, {key: float(v[sample]) for key, v in values.items()})
@@ -298,12 +297,8 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     }
     columns = {name: _blank(name)._replace(values=value) for name, value in filled.items()}
     solver, source = settings.scene.solver, f"{table.name}; {table.source}"
-    categories = [
-        c
-        for name in (*schema.CATEGORY_VARIABLES, schema.WORST_CATEGORY)
-        for c in (name, f"wall_{name}")
-        if c in columns
-    ]
+    names = (*schema.CATEGORY_VARIABLES, schema.WORST_CATEGORY)
+    categories = [c for name in names for c in (name, f"wall_{name}") if c in columns]
     for name, more in (
         ("environment", as_table([environment()])),
         *((category, schema.category_attributes(table.category_names, source, category)) for category in categories),

@@ -391,9 +391,8 @@ class StudySettings:
         marginals, sentences = self.design().marginals, []
         for key, mean in self.means().items():
             variable, of_scene = self.variables.get(key), self.scene.numbers[key]
-            stated = [
-                to_si(v, Scene.unit_of(key)) for v in (variable and variable.mean, variable and variable.median) if v
-            ]
+            given = (variable.mean, variable.median) if variable else ()
+            stated = [to_si(value, Scene.unit_of(key)) for value in given if value]
             centres = [mean, *stated, *([float(marginals[key].ppf(0.5))] if key in marginals else [])]
             if not any(math.isclose(of_scene, centre, rel_tol=0.01) for centre in centres):
                 default = self.scene.given is not None and key not in self.scene.given

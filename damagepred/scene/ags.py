@@ -190,11 +190,8 @@ def _index(
     mean = float(np.mean(plasticity))
     if not len(indices.plasticity) or not indices.plasticity[0] <= mean <= indices.plasticity[-1]:
         raise InputError(f"{words}, plasticity index {100 * mean:.3g} %. Add a line for one of them.")
-    return (
-        codes[0] if codes else "",
-        float(np.interp(mean, indices.plasticity, indices.of_plasticity)),
-        "".join(codes[:1]),
-    )
+    code = codes[0] if codes else ""
+    return code, float(np.interp(mean, indices.plasticity, indices.of_plasticity)), code
 
 
 def _plasticity(group: Group | None, borehole: str, depths: tuple[float, float]) -> list[float]:

@@ -60,9 +60,8 @@ def ground_cautions(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         swapped.add(f"soil.{soil.stiffness_key(movement.other)}")
     if idle := sorted(scene.unread() & given - (swapped if movement.shape == "mound" else set())):
         shape = f", mound.shape = '{mound.shape}'" if movement.shape == "mound" else ""
-        cautions.append(
-            f"{', '.join(idle)}: not read with movement.shape = '{movement.shape}', kind = '{movement.kind}'{shape}"
-        )
+        where = f"movement.shape = '{movement.shape}', kind = '{movement.kind}'{shape}"
+        cautions.append(f"{', '.join(idle)}: not read with {where}")
     return cautions
 
 
@@ -114,10 +113,8 @@ def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:
     assumed = assumed_ground(scene, sampled)
     zone = None if scene.suction is None else scene.suction.climate_zone
     if zone is not None and "mound.suction_depth" not in sampled and scene.mound.suction_depth == suction_depth(zone):
-        assumed = [
-            *(words for words in assumed if not words.startswith("H_s")),
-            f"H_s of climatic zone {zone} (secondary)",
-        ]
+        assumed = [words for words in assumed if not words.startswith("H_s")]
+        assumed.append(f"H_s of climatic zone {zone} (secondary)")
     if not assumed:
         return None
     tables = "[suction], [mound] and [soil]" if scene.soil_layer else "[mound] and [soil]"

@@ -251,11 +251,8 @@ def _require_no_hole(what: str, load: Load, hole: Opening, order: int, wall: Wal
     (start, end), half = strip_of(load, wall), 0.5 * wall.block_height
     level = wall.height if load.y is None else load.y
     near = 1e-9 * wall.length
-    if (
-        hole.y + half < level < hole.top + (half if load.y else near)
-        and start < hole.right - near
-        and hole.x + near < end
-    ):
+    over = start < hole.right - near and hole.x + near < end
+    if over and hole.y + half < level < hole.top + (half if load.y else near):
         above = f"take y = {hole.top + wall.block_height:g} m, above its lintel" if level < wall.height - half else ""
         raise ValueError(
             f"{what}: is at a height of {level:g} m over opening {order}, which reaches from x = {hole.x:g} to "

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -265,9 +265,8 @@ def _workbook(path: Path, content: bytes) -> list[list[str]]:
     if len(content) > LARGEST_DESCRIPTION:
         raise InputError(f"{path}: is too large for a workbook of numbers; save it as CSV.")
     try:
-        sheets = pd.read_excel(
-            io.BytesIO(content), sheet_name=None, header=None, dtype=object, na_filter=False, engine="openpyxl"
-        )
+        how: dict[str, Any] = {"sheet_name": None, "header": None, "dtype": object, "na_filter": False}
+        sheets = pd.read_excel(io.BytesIO(content), engine="openpyxl", **how)
     except ImportError:
         raise InputError(
             f"{path}: workbooks are read with openpyxl: pip install 'damagepred[excel]', or save the sheet as CSV."

@@ -238,8 +238,5 @@ def with_levels(tables: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
         raise InputError(f"{path}: all levels are 0; nothing moves.")
     kind, size = "heave" if largest > 0 else "settle", mound.get("surface_movement", abs(largest))
     points = np.column_stack((x, y, level / abs(largest) * (1.0 if largest > 0 else -1.0))).tolist()
-    return {
-        **tables,
-        "mound": {**mound, "surface_movement": size, "levels": points},
-        "movement": {"kind": kind, **movement},
-    }
+    moved_mound = {**mound, "surface_movement": size, "levels": points}
+    return {**tables, "mound": moved_mound, "movement": {"kind": kind, **movement}}

@@ -469,9 +469,8 @@ class Scene:
             scene.solver.require_no_zones()
         written = dict(_written(tables, ""))
         given = GivenKeys(written)
-        given.units = {
-            key: unit for key, value in written.items() if (unit := unit_in(value)) and cls.takes_number(key)
-        }
+        units = ((key, unit_in(value)) for key, value in written.items())
+        given.units = {key: unit for key, unit in units if unit and cls.takes_number(key)}
         object.__setattr__(scene, "given", given)
         return scene
 

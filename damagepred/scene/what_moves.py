@@ -46,9 +46,8 @@ def what_moves(scene: Scene) -> str:
     elif movement.shape == "loads" and scene.loading is not None:
         control, target = scene.loading.control, scene.loading.target
         size = f"{target / 1e3:.4g} kN in all" if control == "force" else f"{_mm(target)} of {control}"
-        where = " and ".join(
-            dict.fromkeys(f"{load.direction} the {load.side}" for load in scene.load if not load.sized)
-        )
+        ways = (f"{load.direction} the {load.side}" for load in scene.load if not load.sized)
+        where = " and ".join(dict.fromkeys(ways))
         said = [f"{STILL}; loads {where} grow to {size}"]
     else:
         grounds = sorted((_ground(scene, factor) for factor in sides), key=lambda ground: -ground[0])
@@ -87,10 +86,8 @@ def _ground(scene: Scene, factor: float) -> tuple[float, str]:
     jumps = np.flatnonzero(np.abs(np.diff(rise)) > 0.5 * np.ptp(rise)) if scene.movement.shape == "step" else x[:0]
     if len(jumps):
         side = "left" if abs(rise[0]) > abs(rise[-1]) else "right"
-        return (
-            largest,
-            f"The ground {side} of {_metres(x[int(jumps[0])])} m goes {moved} in one step, the other part stays",
-        )
+        where = f"{side} of {_metres(x[int(jumps[0])])} m"
+        return largest, f"The ground {where} goes {moved} in one step, the other part stays"
     still = np.flatnonzero(rise * np.sign(rise[top]) <= ZERO_MOVEMENT * largest)
     before, after = still[still < top][-1:], still[still > top][:1]
     ends = [

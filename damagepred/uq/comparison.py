@@ -99,9 +99,8 @@ def compare(
     unknown, paired = np.zeros(shape, dtype=np.int64), np.zeros(len(names), dtype=np.int64)
     same = [_same_samples(reference, ds) for ds in studies.values()]
     for (k, category), by_site in itertools.product(enumerate(chosen), {movement.own for movement in wanted}):
-        walls = [
-            exceedance.category_capacities(ds, category, measure, SITE if by_site else None) for ds in studies.values()
-        ]
+        own = SITE if by_site else None
+        walls = [exceedance.category_capacities(ds, category, measure, own) for ds in studies.values()]
         for m, movement in enumerate(wanted):
             if movement.own != by_site:
                 continue

@@ -93,9 +93,7 @@ class Discrepancy:
         product = itertools.product(range(points), repeat=len(self.uncertain))
         chosen = [list(chosen_nodes) for chosen_nodes in product]
         total = float(weights.sum() ** len(self.uncertain))
-        return [
-            (float(np.prod(weights[chosen_nodes])) / total, self.at(places[chosen_nodes])) for chosen_nodes in chosen
-        ]
+        return [(float(np.prod(weights[nodes])) / total, self.at(places[nodes])) for nodes in chosen]
 
 
 def stacked(models: Sequence[Discrepancy]) -> Any:

@@ -319,9 +319,8 @@ def estimate_exceedance(
         estimate = estimate._replace(value=np.nan, error=np.nan, lower=least, upper=1.0)
         bounds = [min(float(np.mean(walls.heavy * known_hits(walls, at, unknown))), 1.0) for unknown in (0.0, 1.0)]
     elif lost.any():
-        intervals = capacity.failure_bounds(
-            walls.lower, walls.upper, lost, at.largest, walls.lower * (1 + 4 * capacity.ROUNDING)
-        )
+        beyond = walls.lower * (1 + 4 * capacity.ROUNDING)
+        intervals = capacity.failure_bounds(walls.lower, walls.upper, lost, at.largest, beyond)
         ends = [walls._replace(lower=lower, upper=upper) for lower, upper in intervals]
         bounds = [min(estimate_of(end, pseudo_values(end, at), confidence).value, 1.0) for end in ends]
     else:
@@ -418,9 +417,8 @@ def _median_of(walls: CategoryCapacities, category: int, confidence: float, seed
         factor = student_factor(confidence, effective_reached(estimator) - 1.0)
     if not np.isfinite(error):
         return Estimate(fit, np.nan, 0.0, np.inf, confidence, count, kish)
-    return Estimate(
-        fit, fit * error, fit * np.exp(-factor * error), fit * np.exp(factor * error), confidence, count, kish
-    )
+    lower, upper = fit * np.exp(-factor * error), fit * np.exp(factor * error)
+    return Estimate(fit, fit * error, lower, upper, confidence, count, kish)
 
 
 def _median(walls: CategoryCapacities, heavy: FloatArray) -> float:

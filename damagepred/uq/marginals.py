@@ -148,11 +148,9 @@ class Mixture:
     def std(self) -> float:
         """Return the standard deviation."""
         mean = self.mean()
-        each = (
-            w * (component.std() ** 2 + (component.mean() - mean) ** 2)
-            for w, component in zip(self.weights, self.parts)
-        )
-        return float(np.sqrt(sum(each)))
+        each = zip(self.weights, self.parts)
+        squares = (w * (part.std() ** 2 + (part.mean() - mean) ** 2) for w, part in each)
+        return float(np.sqrt(sum(squares)))
 
     def support(self) -> tuple[float, float]:
         """Smallest and the largest value."""

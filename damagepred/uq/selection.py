@@ -68,9 +68,8 @@ def hoeffding_bounds(mean: float, count: int, error: float) -> tuple[float, floa
 
     tiny = 1e-12
     lower = 0.0 if mean <= tiny or excess(tiny) < 0 else scipy.optimize.brentq(excess, tiny, mean)
-    upper = (
-        1.0 if mean >= 1 - tiny or excess(1 - tiny) < 0 else scipy.optimize.brentq(excess, max(mean, tiny), 1 - tiny)
-    )
+    over = mean >= 1 - tiny or excess(1 - tiny) < 0
+    upper = 1.0 if over else scipy.optimize.brentq(excess, max(mean, tiny), 1 - tiny)
     return float(lower), float(upper)
 
 

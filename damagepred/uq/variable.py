@@ -195,9 +195,8 @@ class Distribution:
         except InputError as error:
             raise InputError(f"{where} file = {error}") from None
         gaps = len(table.cells) - len(values)
-        source = self.source or f"{table.path.name}, column {self.column}" + f", {gaps} empty cells left out" * (
-            gaps > 0
-        )
+        empty = f", {gaps} empty cells left out" if gaps > 0 else ""
+        source = self.source or f"{table.path.name}, column {self.column}{empty}"
         return dataclasses.replace(self, values=values, file=None, column=None, unit=None, source=source)
 
     def _made(self, where: str, unit: str) -> Any:

@@ -41,6 +41,7 @@ from damagepred.uq.intensity import chosen_intensity
 from damagepred.uq.random_streams import Stream, generator
 
 Model = Literal["separate", "common", "empirical"]
+Columns = dict[str, NDArray[Any]]  # of the dataset, on (category,) or (category, intensity)
 
 LEAST_REACHED, LEAST_WALLS = 15, 30
 """Effective walls that reached each category, and in all, below which curves of a common dispersion have no band.
@@ -189,11 +190,11 @@ def _each_category(lower: FloatArray, upper: FloatArray, weight: FloatArray) -> 
     return [group_intervals(low[None], high[None], weight) for low, high in zip(lower, upper)]
 
 
-def _curves(walls: capacity.StudyCapacities, request: _Request) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
+def _curves(walls: capacity.StudyCapacities, request: _Request) -> tuple[Columns, dict[str, float]]:
     """Columns of the dataset, and its attributes that belong to all curves together."""
     options, read = request.options, walls.capacities
     reached = np.isfinite(read.upper)
-    columns: dict[str, NDArray[Any]] = {
+    columns: Columns = {
         "reached": reached.sum(axis=1),
         "not_reached": (~reached & ~read.failed).sum(axis=1),
         "failed": read.failed.sum(axis=1),
@@ -246,9 +247,9 @@ def _too_few(cells: GroupedIntervals, walls: float) -> bool:
     return walls < LEAST_REACHED or cells.effective() < LEAST_WALLS
 
 
-def _columns_of(fits: list[Fit], limits: list[Band], grid: FloatArray) -> dict[str, NDArray[Any]]:
+def _columns_of(fits: list[Fit], limits: list[Band], grid: FloatArray) -> Columns:
     nan = np.full(len(grid), np.nan)
-    columns: dict[str, NDArray[Any]] = {
+    columns: Columns = {
         "probability": np.array([f.probability(grid) if f.status == FITTED else nan for f in fits]),
         "median": np.array([f.median for f in fits]),
         "dispersion": np.array([f.dispersion for f in fits]),
@@ -260,9 +261,7 @@ def _columns_of(fits: list[Fit], limits: list[Band], grid: FloatArray) -> dict[s
     return columns
 
 
-def _add_start_share(
-    columns: dict[str, NDArray[Any]], before: BoolArray, weight: FloatArray, confidence: float
-) -> None:
+def _add_start_share(columns: Columns, before: BoolArray, weight: FloatArray, confidence: float) -> None:
     """Add the share of walls that reached a category before any movement: probability p0 + (1 - p0) Phi(...)."""
     start = [StartShare.of(row, weight, confidence) for row in before]
     columns["share_at_start"], columns["share_at_start_lower"], columns["share_at_start_upper"] = np.array(start).T
@@ -277,7 +276,7 @@ def _add_start_share(
     columns["fit_status"] = np.where(at_start, AT_START, columns["fit_status"])
 
 
-def _end_where_walls_end(columns: dict[str, NDArray[Any]], largest: float) -> None:
+def _end_where_walls_end(columns: Columns, largest: float) -> None:
     """Replace a median beyond the largest movement of the walls by NaN, with that movement as a lower bound."""
     bounded = BoundedMedian.of(columns["median"], columns["median_lower"], columns["median_upper"], largest)
     beyond = (columns["fit_status"] == FITTED) & np.isfinite(bounded.extrapolated)
@@ -294,9 +293,7 @@ def _empirical(cells: GroupedIntervals, single: bool, weight: FloatArray | None 
     return isotonic(lower, upper, weight) if single else turnbull(lower, upper, weight)
 
 
-def _without_form(
-    alone: list[GroupedIntervals], walls: capacity.StudyCapacities, request: _Request
-) -> dict[str, NDArray[Any]]:
+def _without_form(alone: list[GroupedIntervals], walls: capacity.StudyCapacities, request: _Request) -> Columns:
     """Empirical curves in place of the lognormal ones; their medians have quantiles of resampled walls."""
     rows = []
     for k, cells in enumerate(alone):
@@ -360,9 +357,9 @@ def _failed_bounds(walls: capacity.StudyCapacities) -> tuple[tuple[FloatArray, F
     return capacity.failure_bounds(read.lower, read.upper, read.failed, read.end, np.maximum(following, read.lower))
 
 
-def _with_failed(walls: capacity.StudyCapacities, fits: list[Fit], request: _Request) -> dict[str, NDArray[Any]]:
+def _with_failed(walls: capacity.StudyCapacities, fits: list[Fit], request: _Request) -> Columns:
     """Medians and curves with all failed walls undamaged, and with all damaged."""
-    columns: dict[str, NDArray[Any]] = {}
+    columns: Columns = {}
     grid, options, some = request.grid, request.options, walls.capacities.failed.any()
     for name, (lower, upper) in zip(("undamaged", "damaged"), _failed_bounds(walls)):
         again = fits
@@ -377,9 +374,7 @@ def _with_failed(walls: capacity.StudyCapacities, fits: list[Fit], request: _Req
     return columns
 
 
-def _judged(
-    fits: list[Fit], empirical: list[Npmle], walls: capacity.StudyCapacities, request: _Request
-) -> dict[str, NDArray[Any]]:
+def _judged(fits: list[Fit], empirical: list[Npmle], walls: capacity.StudyCapacities, request: _Request) -> Columns:
     """Distances of the curves from the empirical ones, and the p-values of their misfit."""
     gap, chance = np.full((2, len(fits)), np.nan)
     for k, fit in enumerate(fits):
@@ -429,7 +424,7 @@ def _note(fit: Fit, cells: GroupedIntervals, walls: capacity.StudyCapacities, sh
     return "; ".join(notes)
 
 
-def _cross(columns: dict[str, NDArray[Any]]) -> bool:
+def _cross(columns: Columns) -> bool:
     """Whether a worse category is anywhere more probable than a lesser one."""
     fitted = [p for p, s in zip(columns["probability"], columns["fit_status"]) if s in (*WITH_CURVE, EMPIRICAL)]
     return any(bool((worse > lesser + 1e-9).any()) for lesser, worse in itertools.pairwise(fitted))

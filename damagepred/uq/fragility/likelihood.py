@@ -123,9 +123,8 @@ def _hessian(rows: LinearBounds, low_low: FloatArray, low_high: FloatArray, high
     below, above = rows.below, rows.above
     if len(low_low) == 1:
         mixed = (below * low_high[0][:, None]).T @ above
-        return ((below * low_low[0][:, None]).T @ below + (above * high_high[0][:, None]).T @ above + mixed + mixed.T)[
-            None
-        ]
+        squares = (below * low_low[0][:, None]).T @ below + (above * high_high[0][:, None]).T @ above
+        return (squares + mixed + mixed.T)[None]
     size = below.shape[1]
     mixed = (low_high @ _products(below, above)).reshape(-1, size, size)
     alike = low_low @ _products(below, below) + high_high @ _products(above, above)

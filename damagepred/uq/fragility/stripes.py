@@ -51,12 +51,8 @@ def stripes_from_counts(
             f"counts: has shape {walls.shape} for {movements.size} movements; there must be one row each, of the walls "
             "in category 0, 1, ..."
         )
-    if (
-        (walls < 0).any()
-        or (walls != np.round(walls)).any()
-        or not np.isfinite(movements).all()
-        or (movements < 0).any()
-    ):
+    wrong = (walls < 0).any() or (walls != np.round(walls)).any() or (movements < 0).any()
+    if wrong or not np.isfinite(movements).all():
         raise InputError("movement, counts: must be finite and not negative, and counts whole numbers.")
     walls = walls.astype(np.int64)
     categories = walls.shape[1]

@@ -156,9 +156,8 @@ def _bound_by_walls(columns: dict[str, Any], start: fit.StartShare, largest: flo
     for end, value in zip(("", "_lower", "_upper"), start):
         words = {"units": "1", "long_name": "share of walls in the category or worse before any movement"}
         columns[f"share_at_start{end}"] = ((), value, words)
-    bounded = fit.BoundedMedian.of(
-        columns["median"][1], columns["median_lower"][1], columns["median_upper"][1], largest
-    )
+    median, lower, upper = (columns[f"median{end}"][1] for end in ("", "_lower", "_upper"))
+    bounded = fit.BoundedMedian.of(median, lower, upper, largest)
     for column, value in bounded._asdict().items():
         name = "median" if column == "median" else f"median_{column}"
         columns[name] = ("second", value, dict(columns.get(name, columns["median"])[2]))
@@ -221,10 +220,8 @@ def _fitted(
         dispersion_alone, status = 1.0 / plain.estimate[0], model.no_dispersion() or fit.FITTED
     if status == fit.FITTED:
         parameters = model.estimate
-        attrs = {
-            "aic_with": 6.0 - 2.0 * model.value(parameters),
-            "aic_without": 4.0 - 2.0 * plain.value(plain.estimate),
-        }
+        with_second, without = model.value(parameters), plain.value(plain.estimate)
+        attrs = {"aic_with": 6.0 - 2.0 * with_second, "aic_without": 4.0 - 2.0 * without}
         if bootstrap:
             draws, walls = draw_parameters(model, bootstrap, random), effective_reached(model)
             # the last row: the slope is the ln(median) of b alone
