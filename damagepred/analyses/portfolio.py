@@ -46,9 +46,7 @@ from damagepred.uq.intensity import attributes, chosen_intensity, movement_words
 from damagepred.uq.movement_distribution import MovementDistribution, movement_distribution
 
 SHORT_NAMES = {
-    "length": "wall.length",
-    "height": "wall.height",
-    "thickness": "wall.thickness",
+    **{key: f"wall.{key}" for key in ("length", "height", "thickness")},
     "openings": "opening",
     "y_s": "mound.surface_movement",
     **{key: f"movement.{key}" for key in ("settlement", "central_deflection")},

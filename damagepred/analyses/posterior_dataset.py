@@ -71,14 +71,9 @@ def _future(walls: StoredWalls, weight: FloatArray, options: InferenceOptions, h
     """Probability of each category or worse after further movement, on (further, category)."""
     rows, columns = np.nonzero(weight > 0)
     heavy, now = weight[rows, columns] / max(weight.sum(), 1e-300), walls.movement[rows, columns]
-    return _probabilities(
-        "future",
-        "further",
-        [
-            _reached(walls, rows, heavy, now + share * walls.largest, highest) if len(rows) else _unknown(highest)
-            for share in options.further
-        ],
-    )
+    targets = [now + share * walls.largest for share in options.further]
+    chances = [_reached(walls, rows, heavy, to, highest) if len(rows) else _unknown(highest) for to in targets]
+    return _probabilities("future", "further", chances)
 
 
 def over_time(

@@ -435,11 +435,8 @@ def _joined(studies: Sequence[xr.Dataset]) -> xr.Dataset:
         ds if "weight" in ds else ds.assign(weight=("sample", np.ones(ds.sizes["sample"])))
         for ds in (study.drop_vars("movement", errors="ignore") for study in studies)
     ]
-    names = [
-        name
-        for name in weighted[0].data_vars
-        if weighted[0][name].dims[:1] == ("sample",) and all(name in ds for ds in weighted)
-    ]
+    by_sample = [name for name, values in weighted[0].data_vars.items() if values.dims[:1] == ("sample",)]
+    names = [name for name in by_sample if all(name in ds for ds in weighted)]
     joined = xr.concat(
         [ds[names] for ds in weighted], "sample", combine_attrs="override", coords="minimal", compat="override"
     )

@@ -42,12 +42,9 @@ def _output_of(
             return Output(hit, walls.sample[ended], f"damage of category {category} at each wall's own movement", 0.0)
         if np.isinf(upper).all():
             raise InputError(f"category = {category}: no wall has reached it; there is nothing to depend on.")
-        return Output(
-            np.array([lower, upper]),
-            walls.sample,
-            f"rank of the capacity for category {category}: the movement at which it is reached",
-            float(np.average(np.isinf(upper), weights=walls.weight)),
-        )
+        words = f"rank of the capacity for category {category}: the movement at which it is reached"
+        censored = float(np.average(np.isinf(upper), weights=walls.weight))
+        return Output(np.array([lower, upper]), walls.sample, words, censored)
     names = [str(n) for n in ds.data_vars if ds[n].dims[:1] == ("sample",) and ds[n].dims[1:] in ((), ("increment",))]
     if output not in names:
         raise InputError(

@@ -470,12 +470,9 @@ class Assembly:
         tolerance = 1e-6 * float(np.sqrt(blocks.area.min()))
         refuse_overlaps(blocks.vertices, blocks.first_vertex, tolerance)
         mesh = mesh_of(self._polygons, self._zone_sizes(settings))
-        elastic = elastic_blocks(
-            self._polygons,
-            self._are_elastic(settings, mesh),
-            [self._block_materials[number].poisson_ratio for number in self._block_material],
-            [a for (a, b), (_, kind) in self._pairs.items() if kind == ContactKind.BRICK_JOINT and b == a + 1],
-        )
+        ratios = [self._block_materials[number].poisson_ratio for number in self._block_material]
+        left = [a for (a, b), (_, kind) in self._pairs.items() if kind == ContactKind.BRICK_JOINT and b == a + 1]
+        elastic = elastic_blocks(self._polygons, self._are_elastic(settings, mesh), ratios, left)
         outline, first_vertex, facet = interfaces.outlines(blocks, mesh)
         shared = shared_edges(outline, first_vertex, tolerance)
         grounded, resting = self._ground_edges(outline, first_vertex)
@@ -494,9 +491,8 @@ class Assembly:
         kind, material = kind[order], material[order]
         joint, joints = interfaces.number_joints(edges, kind, blocks)
         mesh, body_a, body_b = interfaces.bodies_of(edges, facet, len(blocks.x), mesh)
-        faces = interfaces.place_contacts(
-            edges, kind, joint, (body_a, body_b), blocks, mesh, elastic, settings, np.array(self._thickness)
-        )
+        bodies, thickness = (body_a, body_b), np.array(self._thickness)
+        faces = interfaces.place_contacts(edges, kind, joint, bodies, blocks, mesh, elastic, settings, thickness)
         first = len(kind) - on_ground
         ground_x = faces.x[first:, None] + faces.normal_y[first:, None] * faces.contact_offset[first:]
         return Geometry(blocks, faces, joints, material, ground_x, mesh, elastic)
@@ -548,19 +544,12 @@ class Assembly:
         geometry = self.geometry(settings)
         blocks = geometry.blocks
         block_material = np.array(self._block_material)
-        properties, limited = joint_properties(
-            self._joint_materials, geometry.joint_material, geometry.interfaces.joint, fields or {}
-        )
+        faces, materials = geometry.interfaces, self._joint_materials
+        properties, limited = joint_properties(materials, geometry.joint_material, faces.joint, fields or {})
         if settings.lump_block_elasticity:
             centres = whole_centres(geometry.interfaces, blocks)
-            properties = lump_block_elasticity(
-                properties,
-                geometry.interfaces,
-                centres,
-                self._block_materials,
-                block_material,
-                elastic=geometry.elastic,
-            )
+            bodies = self._block_materials, block_material
+            properties = lump_block_elasticity(properties, faces, centres, *bodies, elastic=geometry.elastic)
         properties, snap_back = brittle_where_soft(properties, geometry.interfaces.joint)
         law = block_law(self._block_materials, block_material, np.array(self._thickness))
         density = np.array([m.density for m in self._block_materials])[block_material]

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +29,9 @@ from damagepred.scene import Footing, Joint, Scene
 SHEAR_AREA = 5.0 / 6.0  # share of a rectangle's area that carries shear, kappa
 GUIDING_STIFFNESS = 1e-6  # shear stiffness over normal stiffness of supports that only guide a wall or footing
 UNLIMITED_STRENGTH = 1e13  # strength (Pa) above any stress, and small enough for the laws to calculate with
+
+
+UNBREAKABLE = Joint(tensile_strength=UNLIMITED_STRENGTH, cohesion=UNLIMITED_STRENGTH, friction=0.0)
 
 
 class Foundation(NamedTuple):
@@ -74,12 +78,8 @@ def add_footing(
     else:
         ends = _segment_ends([brick for brick in laid if brick.course == 0], length, unit, footing.segment_length)
     size = footing.zone_size if footing.model == "deformable" else 0.0
-    blocks = [
-        assembly.add_block(
-            rectangle(start, -footing.depth, end, 0.0), zone_size=size, elastic=False, thickness=footing.width
-        )
-        for start, end in itertools.pairwise(ends)
-    ]
+    outlines = [rectangle(start, -footing.depth, end, 0.0) for start, end in itertools.pairwise(ends)]
+    blocks = [assembly.add_block(o, zone_size=size, elastic=False, thickness=footing.width) for o in outlines]
     for start, end in itertools.pairwise(blocks):
         assembly.set_joint(start, end, Joint(), ContactKind.FOOTING_SECTION)
     for i in [i for i, brick in enumerate(bricks) if brick.course == 0]:
@@ -141,26 +141,17 @@ def section_law(
 
 def soil_joint(scene: Scene) -> Joint:
     """Soil springs: compression and friction only."""
-    return Joint(
-        normal_stiffness=scene.soil.stiffness(scene.movement.kind),
-        shear_stiffness=scene.soil.stiffness_along(scene.movement.kind),
-        tensile_strength=0.0,
-        cohesion=0.0,
-        friction=scene.soil.friction,
-    )
+    loose, soil, kind = Joint(tensile_strength=0.0, cohesion=0.0), scene.soil, scene.movement.kind
+    normal, shear = soil.stiffness(kind), soil.stiffness_along(kind)
+    return replace(loose, normal_stiffness=normal, shear_stiffness=shear, friction=soil.friction)
 
 
 def support_joint(scene: Scene, pulls: bool) -> Joint:
     """Supports, which guide the footing along the wall (small stiffness: no force acts there) and carry it."""
     stiffness = scene.rig.support_stiffness / (BEARING_WIDTH * scene.footing.width)
     strength = UNLIMITED_STRENGTH if pulls else 0.0
-    return Joint(
-        normal_stiffness=stiffness,
-        shear_stiffness=GUIDING_STIFFNESS * stiffness,
-        tensile_strength=strength,
-        cohesion=strength,
-        friction=0.0 if pulls else 1.0,
-    )
+    bond = Joint(tensile_strength=strength, cohesion=strength, friction=0.0 if pulls else 1.0)
+    return replace(bond, normal_stiffness=stiffness, shear_stiffness=GUIDING_STIFFNESS * stiffness)
 
 
 def stops_at(scene: Scene) -> str:

@@ -206,6 +206,5 @@ def _with_outlines(blocks: Blocks, outlines: dict[int, FloatArray]) -> Blocks:
     for block, outline in outlines.items():
         corners[block] = outline
         changed.area[block], changed.x[block], changed.y[block], changed.polar[block] = mass_properties(outline)
-    return changed._replace(
-        vertices=np.concatenate(corners), first_vertex=np.concatenate(([0], np.cumsum([len(c) for c in corners])))
-    )
+    first = np.cumsum([0, *map(len, corners)])
+    return changed._replace(vertices=np.concatenate(corners), first_vertex=first)

@@ -9,7 +9,7 @@ unbreakable: a grillage whose beams share vertical displacements at its nodes, b
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -18,7 +18,7 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.brick_cracks import bricks_break
 from damagepred.assembly.elastic_blocks import ElasticBlocks, ElasticSides, elastic_sides
-from damagepred.assembly.footing_beam import UNLIMITED_STRENGTH
+from damagepred.assembly.footing_beam import UNBREAKABLE, UNLIMITED_STRENGTH
 from damagepred.assembly.model import (
     BlockLaw,
     Blocks,
@@ -240,10 +240,8 @@ def _elastic(walls: Sequence[Model]) -> ElasticBlocks | None:
     if not parts:
         return None
     starts, shift = _starts(len(e.block) for e in parts), _starts(m.n_blocks for m in walls)
-    numbered = [
-        e._replace(block=e.block + n, number=np.where(e.number < 0, -1, e.number + first)[:-1])
-        for e, n, first in zip(parts, shift, starts)
-    ]
+    numbers = [np.where(e.number < 0, -1, e.number + first)[:-1] for e, first in zip(parts, starts)]
+    numbered = [e._replace(block=e.block + n, number=number) for e, n, number in zip(parts, shift, numbers)]
     elastic = ElasticBlocks(*_joined(numbered))
     return elastic._replace(number=np.append(elastic.number, -1))
 
@@ -253,10 +251,9 @@ def _elastic_sides(
 ) -> list[np.ndarray]:
     """Degrees of freedom and rows of the sides of all interfaces; each side of a corner has its own position."""
     centre, normal = np.column_stack((blocks.x, blocks.y)), np.tile([1.0, 0.0], (len(pairs.y), 1))
-    a, b = (
-        elastic_sides(elastic, tuple(pairs.block.T), np.column_stack((x, pairs.y)), normal, pairs.height, centre)
-        for x in pairs.x.T
-    )
+    places = [np.column_stack((x, pairs.y)) for x in pairs.x.T]
+    blocks_of = tuple(pairs.block.T)
+    a, b = (elastic_sides(elastic, blocks_of, place, normal, pairs.height, centre) for place in places)
     parts, first, start = [], 3 * len(elastic.number), 0
     for m in walls:
         sides = m.interfaces.elastic
@@ -302,21 +299,13 @@ def _at_corner(model: Model, x: float) -> list[_AtCorner]:
     low, high = (f.reduceat(blocks.vertices, blocks.first_vertex[:-1]) for f in (np.minimum, np.maximum))
     here = np.flatnonzero((low[:, 0] <= x + TOUCHING) & (high[:, 0] >= x - TOUCHING))
     beside = ((low[here, 1] < blocks.y[here, None]) & (high[here, 1] > blocks.y[here, None])).sum(axis=1)
-    return [
-        _AtCorner(b, float(low[b, 1]), float(high[b, 1]), 1.0 / int(count), b in footing)
-        for b, count in zip(here.tolist(), beside)
-    ]
+    shares = zip(here.tolist(), (1.0 / beside).tolist())
+    return [_AtCorner(b, float(low[b, 1]), float(high[b, 1]), share, b in footing) for b, share in shares]
 
 
 def _corner_law(house: House, pairs: CornerPairs) -> JointProperties:
     """Law of the corners: vertical shear with cohesion, no opening; footings that meet never part."""
-    node = Joint(
-        normal_stiffness=NORMAL_SHARE * NODE_STIFFNESS,
-        shear_stiffness=NODE_STIFFNESS,
-        tensile_strength=UNLIMITED_STRENGTH,
-        cohesion=UNLIMITED_STRENGTH,
-        friction=0.0,
-    )
+    node = replace(UNBREAKABLE, normal_stiffness=NORMAL_SHARE * NODE_STIFFNESS, shear_stiffness=NODE_STIFFNESS)
     materials = [node, *(_toothing(house, junction) for junction in house.junctions)]
     material = np.where(pairs.on_footing, 0, 1 + pairs.junction)
     return joint_properties(materials, material, np.arange(len(material)), {})[0]

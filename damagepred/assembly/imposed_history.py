@@ -51,7 +51,7 @@ class ImposedHistory(GroundMovement):
     def of(
         cls,
         ground: GroundMovement,
-        unit_strain: Ground,
+        unit: Ground,
         history: History,
         strains: FloatArray | None,
         creep: JointCreep | None,
@@ -63,13 +63,13 @@ class ImposedHistory(GroundMovement):
         least = 1.0 / len(factors)
         steps = np.maximum(np.abs(np.diff(factors)), np.abs(np.diff(strains)) / largest).clip(least)
         coordinates = np.concatenate(([0.0], np.cumsum(steps)))
-        viscous, first = ViscousDisplacement(), len(unit_strain.normal) - len(ground.full.normal)
+        viscous, first = ViscousDisplacement(), len(unit.normal) - len(ground.full.normal)
 
         @lru_cache(maxsize=32)  # solvers repeat the same few
         def state(coordinate: float) -> Ground:
             factor, strain = (float(np.interp(coordinate, coordinates, values)) for values in (factors, strains))
-            by_bricks = zip(unit_strain, viscous.at(coordinate))
-            ground_state = Ground(*(strain * unit + creeping for unit, creeping in by_bricks))
+            by_bricks = zip(unit, viscous.at(coordinate))
+            ground_state = Ground(*(strain * values + creeping for values, creeping in by_bricks))
             for values, by_ground in zip(ground_state, ground.at(factor)):
                 values[first:] += by_ground
             return ground_state

@@ -114,12 +114,8 @@ def number_joints(edges: SharedEdges, kind: Int8Array, blocks: Blocks) -> tuple[
     middle = (edges.start + edges.end) / 2
     weight = np.bincount(joint, length, count)
     leader = first[np.argsort(rank)]
-    return joint, Joints(
-        kind[leader],
-        course[leader],
-        np.bincount(joint, length * middle[:, 0], count) / weight,
-        np.bincount(joint, length * middle[:, 1], count) / weight,
-    )
+    x, y = (np.bincount(joint, length * middle[:, axis], count) / weight for axis in (0, 1))
+    return joint, Joints(kind[leader], course[leader], x, y)
 
 
 def place_contacts(

@@ -67,13 +67,8 @@ def bearing_joint(scene: Scene) -> Joint:
     stiffness = scene.loading.bearing_stiffness or scene.joint.normal_stiffness
     friction = scene.loading.bearing_friction
     ratio = scene.joint.shear_stiffness / scene.joint.normal_stiffness if friction else GUIDING_STIFFNESS
-    return Joint(
-        normal_stiffness=stiffness,
-        shear_stiffness=ratio * stiffness,
-        tensile_strength=0.0,
-        cohesion=0.0,
-        friction=friction or 1.0,
-    )
+    loose = Joint(tensile_strength=0.0, cohesion=0.0, friction=friction or 1.0)
+    return replace(loose, normal_stiffness=stiffness, shear_stiffness=ratio * stiffness)
 
 
 def under_loads(scene: Scene, model: Model, bricks: Sequence[Brick], sides: Sides) -> Model:

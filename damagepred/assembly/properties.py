@@ -100,10 +100,8 @@ def lump_block_elasticity(
     for side in (interfaces.body_a, interfaces.body_b):
         is_block = side < (blocks.x.size if soft is None else soft)
         number = np.where(is_block, side, 0)
-        depth = np.abs(
-            interfaces.normal_x * (interfaces.x - blocks.x[number])
-            + interfaces.normal_y * (interfaces.y - blocks.y[number])
-        )
+        away_x, away_y = interfaces.x - blocks.x[number], interfaces.y - blocks.y[number]
+        depth = np.abs(interfaces.normal_x * away_x + interfaces.normal_y * away_y)
         flexible, slack = depth / modulus[material[number]], depth / shear[material[number]]
         if elastic is not None:
             stretch = elastic.number[side]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -113,21 +113,16 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
     top_area = max(top_area, MINIMUM_REINFORCEMENT * width * depth)
     gross = _second_moments(footing)
     more = steel - modulus if concrete.law == "cracked" else 0.0
-    stiffness = np.array(
-        (
-            (modulus * width * depth + more * (bottom_area + top_area), more * (bottom_area * low + top_area * high)),
-            (0.0, modulus * gross.gross + more * (bottom_area * low**2 + top_area * high**2)),
-        )
-    )
-    stiffness[1, 0] = stiffness[0, 1]
+    axial = modulus * width * depth + more * (bottom_area + top_area)
+    coupled = more * (bottom_area * low + top_area * high)
+    bending = modulus * gross.gross + more * (bottom_area * low**2 + top_area * high**2)
+    stiffness = np.array(((axial, coupled), (coupled, bending)))
     scale = np.array((1.0, depth))
     flexibility = np.linalg.inv(stiffness / np.outer(scale, scale))
     faces = np.array(((1.0, -0.5), (1.0, 0.5)))
-    wires = (
-        concrete.steel_strength
-        * USABLE_STRENGTH
-        * np.array(_wire_strength(width, depth, steel / modulus, bottom_area, low, top_area, high))
-    )
+    layers = bottom_area, low, top_area, high
+    wires = np.array(_wire_strength(width, depth, steel / modulus, *layers))
+    wires = concrete.steel_strength * USABLE_STRENGTH * wires
     pull = modulus / concrete.flexural_strength * faces @ flexibility
 
     def first(face: int) -> tuple[float, float]:
@@ -139,16 +134,16 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
         curvature = moment / (modulus * second)
         return -side * axis * curvature, curvature * depth
 
-    values = {
+    values: dict[str, Any] = {
         "law": CRACKED if concrete.law == "cracked" else BRANSON,
         "width": width,
         "depth": depth,
         "concrete_modulus": modulus,
         "crushing_strain": concrete.compressive_strength / modulus,
         "tension_stiffening": concrete.tension_stiffening,
-        "axial_stiffness": stiffness[0, 0],
-        "coupled_stiffness": stiffness[0, 1],
-        "bending_stiffness": stiffness[1, 1],
+        "axial_stiffness": axial,
+        "coupled_stiffness": coupled,
+        "bending_stiffness": bending,
         "flexibility": flexibility[np.triu_indices(2)],
         "pull": pull,
         "wires_pull": 1.0 / wires,

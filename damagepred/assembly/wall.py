@@ -14,14 +14,7 @@ from damagepred.assembly import footing_beam, loading
 from damagepred.assembly.assembly import GRAVITY, NO_JAMBS, Assembly, rectangle
 from damagepred.assembly.bond import Brick, gauge, halved, lay_bricks, parted
 from damagepred.assembly.brick_cracks import brick_joint, bricks_break, whole_centres, with_brick_stiffness
-from damagepred.assembly.footing_beam import (
-    UNLIMITED_STRENGTH,
-    Foundation,
-    add_footing,
-    deflection_of,
-    foundation,
-    upward,
-)
+from damagepred.assembly.footing_beam import Foundation, add_footing, deflection_of, foundation, upward
 from damagepred.assembly.imposed_history import ImposedHistory
 from damagepred.assembly.interfaces import (
     Geometry,
@@ -286,9 +279,8 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
     geometry, bricks, jambs, footing, control, sides = shared
     blocks, interfaces = geometry.blocks, geometry.interfaces
     material = _material_of_kind(scene)[interfaces.kind]
-    properties, limited = joint_properties(
-        _joint_materials(scene), material, interfaces.joint, _by_material(fields, scene, len(geometry.mortar.kind))
-    )
+    fields_of = _by_material(fields, scene, len(geometry.mortar.kind))
+    properties, limited = joint_properties(_joint_materials(scene), material, interfaces.joint, fields_of)
     substances = [scene.block, _concrete(scene.footing)]
     substance = (np.arange(len(blocks.x)) >= len(bricks)).astype(np.int64)
     mortar = np.isin(material, CREEPING)
@@ -408,12 +400,8 @@ def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray
         ground = ground_movement(geometry, scene.ground_rise, along)
     else:
         ground = growing_ground(geometry, scene.ground_rise, along, movement.reverses)
-    return replace(
-        model,
-        ground=ground,
-        deflection=deflection_of(upward(geometry, footing, model.size, top=True), 0.0, length),
-        surface_movement=mound.surface_movement,
-    )
+    deflection = deflection_of(upward(geometry, footing, model.size, top=True), 0.0, length)
+    return replace(model, ground=ground, deflection=deflection, surface_movement=mound.surface_movement)
 
 
 def _joint_materials(scene: Scene) -> list[Joint]:
@@ -426,7 +414,7 @@ def _joint_materials(scene: Scene) -> list[Joint]:
         scene.footing.joint or scene.joint,
         footing_beam.soil_joint(scene),
         loading.bearing_joint(scene) if scene.support else footing_beam.support_joint(scene, pulls=held),
-        Joint(tensile_strength=UNLIMITED_STRENGTH, cohesion=UNLIMITED_STRENGTH, friction=0.0),  # between segments
+        footing_beam.UNBREAKABLE,
         control_joint(scene.joint),
         scene.heads,
         scene.joint if scene.block.fracture_energy is None else brick_joint(scene.block),
@@ -466,13 +454,8 @@ def _dpc_joint(dpc: Dpc | None, joint: Joint) -> Joint:
 
 def control_joint(joint: Joint) -> Joint:
     """Law of a closed control joint: the stiffness of mortar, without bond and friction."""
-    return Joint(
-        normal_stiffness=joint.normal_stiffness,
-        shear_stiffness=joint.shear_stiffness,
-        tensile_strength=0.0,
-        cohesion=0.0,
-        friction=0.0,
-    )
+    loose = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.0)
+    return replace(loose, normal_stiffness=joint.normal_stiffness, shear_stiffness=joint.shear_stiffness)
 
 
 def _by_material(fields: Mapping[str, FloatArray], scene: Scene, joints: int) -> dict[int, dict[str, FloatArray]]:

@@ -180,13 +180,11 @@ def _size(scene: Scene) -> str:
     return f"wall {wall.length:.4g} m long, {wall.height:.4g} m high, openings: {len(scene.opening)}, {dpc}"
 
 
+OnStep = Callable[[Step], None] | None
+
+
 def _timed(
-    scene: Scene,
-    fields: Mapping[str, FloatArray],
-    count: int,
-    on_step: Callable[[Step], None] | None,
-    limits: Limits,
-    timing_limit: float,
+    scene: Scene, fields: Mapping[str, FloatArray], count: int, on_step: OnStep, limits: Limits, timing_limit: float
 ) -> tuple[float, str, tuple[str, ...]]:
     """Time of a wall (s), extrapolated beyond the timing limit, its status, and cautions."""
     began = time.perf_counter()

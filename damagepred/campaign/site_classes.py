@@ -49,9 +49,9 @@ def site_line(scene: Scene, settings: StudySettings | None = None) -> str | None
     if suction.below_log and (end := sum(layer.thickness for layer in scene.soil_layer)) < depth:
         below = "the last layer goes on" if suction.below_log == "extend" else "nothing moves"
         line += f"; below the log, from {end:g} to {depth:g} m, {below} (suction.below_log)"
-    uncertain = settings is not None and any(
-        key.split(".")[0] in ("soil_layer", "suction") or key == "mound.suction_depth" for key in settings.variables
-    )
+    soil = ("soil_layer", "suction")
+    keys = settings.variables if settings is not None else ()
+    uncertain = any(key.split(".")[0] in soil or key == "mound.suction_depth" for key in keys)
     if settings is None or not uncertain or at_tree:
         return line
     samples = max(settings.study.samples, DRAWN)

@@ -96,12 +96,6 @@ def _stop_after(seconds: float | None, out: str | Path) -> Iterator[None]:
 
 def _record(out: str | Path, rule: StopWhen | None, seen: list[InterimAnalysis], reason: str) -> None:
     """Write the estimates at the looks and the reason of the end into the folder."""
-    content = {
-        "quantity": rule.name() if rule is not None else "",
-        "reason": reason,
-        "looks": [
-            {"samples": look.samples, "enough": look.enough, **(look.estimate._asdict() if look.estimate else {})}
-            for look in seen
-        ],
-    }
+    looks = [{"samples": n, "enough": enough, **(found._asdict() if found else {})} for n, found, enough in seen]
+    content = {"quantity": rule.name() if rule is not None else "", "reason": reason, "looks": looks}
     write_text(Path(out) / "stopping.json", json.dumps(content, indent=2) + "\n")

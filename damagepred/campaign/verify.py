@@ -71,10 +71,8 @@ def verify(path: str | Path, samples: int = 0, on_plan: Callable[[str], None] | 
         chosen = solved[np.unique(np.linspace(0, len(solved) - 1, min(samples, len(solved))).astype(int))]
         if len(chosen) and on_plan is not None:
             each = float(np.nanmean(ds["run_time"].values)) if "run_time" in ds else np.nan
-            on_plan(
-                f"solving {len(chosen)} sample{'s' * (len(chosen) > 1)} again"
-                + (f", {duration(each * len(chosen))}" if each > 0 else "")
-            )
+            which = f"{len(chosen)} sample{'s' * (len(chosen) > 1)} again"
+            on_plan(f"solving {which}" + (f", {duration(each * len(chosen))}" if each > 0 else ""))
         for sample in chosen.tolist():
             comparison = replay(target, sample)[1]
             if not comparison.startswith(BIT_FOR_BIT):

@@ -87,12 +87,8 @@ class _Worker:
             f"import sys; sys.path[:] = {sys.path!r}; from damagepred.campaign.workers import serve; "
             f"serve({theirs.fileno()}, {os.getpid()})"
         )
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", program],
-            pass_fds=[theirs.fileno()],
-            env=os.environ | ONE_THREAD,
-            stdin=subprocess.DEVNULL,
-        )
+        command, environment = [sys.executable, "-c", program], os.environ | ONE_THREAD
+        self.process = subprocess.Popen(command, pass_fds=[theirs.fileno()], env=environment, stdin=subprocess.DEVNULL)
         theirs.close()
         self.job = folder, task, ready
         self.is_told = self.is_ready = False

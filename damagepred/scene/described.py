@@ -20,9 +20,8 @@ def described(cls: type[T]) -> type[T]:
     Construction in Python raises the errors of a scene file: ``InputError``, caused by pydantic's error. ``stated``
     holds the values of a call in Python; it is empty after ``dataclasses.replace``, which passes all fields.
     """
-    make: Callable[[type[T]], Any] = _pydantic_dataclass(
-        frozen=True, kw_only=True, config=ConfigDict(extra="forbid", allow_inf_nan=False)
-    )
+    config = ConfigDict(extra="forbid", allow_inf_nan=False)
+    make: Callable[[type[T]], Any] = _pydantic_dataclass(frozen=True, kw_only=True, config=config)
     made = make(cls)
     checked = made.__init__
 

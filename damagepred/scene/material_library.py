@@ -70,15 +70,11 @@ def masonry_library() -> dict[str, Material]:
     """
     found = {}
     for name, table in tomllib.loads(data_file("materials", "library.toml").read_text(encoding="utf-8")).items():
-        values = {
-            place: MaterialValue(
-                value["mean"],
-                value.get("cov"),
-                value["confidence"],
-                value.get("cov_confidence", value["confidence"] if "cov" in value else ""),
-            )
-            for place, value in table["values"].items()
-        }
+        values = {}
+        for place, value in table["values"].items():
+            confidence = value["confidence"]
+            of_cov = value.get("cov_confidence", confidence if "cov" in value else "")
+            values[place] = MaterialValue(value["mean"], value.get("cov"), confidence, of_cov)
         pairs = {(pair["places"][0], pair["places"][1]): pair["value"] for pair in table.get("correlation", ())}
         found[name] = Material(name, table["description"], table["calibrated_on"], table["source"], values, pairs)
     return found

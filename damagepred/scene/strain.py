@@ -86,9 +86,8 @@ class Strain:
             return np.log1p(share) if self.growth_law == "logarithmic" else -np.expm1(-share)
 
         swing = 0.5 * self.temperature_swing
-        temperature = self.temperature_change * time / time[-1] + swing * (
-            np.cos(2.0 * np.pi * (time - self.warmest)) - np.cos(2.0 * np.pi * self.warmest)
-        )
+        season = np.cos(2.0 * np.pi * (time - self.warmest)) - np.cos(2.0 * np.pi * self.warmest)
+        temperature = self.temperature_change * time / time[-1] + swing * season
         return self.growth * course(time) / course(self.growth_years) + self.thermal_expansion * temperature
 
 

@@ -89,10 +89,8 @@ def read_survey(kind: type, name: str, entry: Mapping[str, Any], folder: Path, d
         columns = table.columns({**readings, **TEXTS, "date": TEXTS["date"]._replace(required=True)})
         read = {key: table.numbers(columns[key], "m").tolist() for key in readings if key in columns}
         return [{**others, "date": table.dates(columns["date"]), **read}]
-    fields = {
-        f.name: Column(unit_of(kind, [f.name]) if takes_number(kind, [f.name]) else "", OTHERS.get(f.name, ()))
-        for f in dataclasses.fields(kind)
-    }
+    units = {f.name: unit_of(kind, [f.name]) if takes_number(kind, [f.name]) else "" for f in dataclasses.fields(kind)}
+    fields = {key: Column(unit, OTHERS.get(key, ())) for key, unit in units.items()}
     if name == "level" and {"level", "settlement"} & set(table.keys(LEVELS)):
         return _levels(kind, table, others, dated)
     columns = table.columns({**TEXTS, **fields})

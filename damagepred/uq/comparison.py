@@ -218,12 +218,8 @@ def _difference(before: _Answer, after: _Answer, confidence: float, paired: bool
     # limits of the difference, each from the limits of the two probabilities towards it
     lower = _recovered(second.value - second.lower, first.upper - first.value, correlation)
     upper = _recovered(second.upper - second.value, first.value - first.lower, correlation)
-    return first._replace(
-        value=value,
-        error=_recovered(first.error, second.error, correlation),
-        lower=max(value - lower, -1.0),
-        upper=min(value + upper, 1.0),
-    )
+    error = _recovered(first.error, second.error, correlation)
+    return first._replace(value=value, error=error, lower=max(value - lower, -1.0), upper=min(value + upper, 1.0))
 
 
 def _recovered(first: float, second: float, correlation: float) -> float:

@@ -339,14 +339,8 @@ def _from_curve(
     ds: xr.Dataset, category: int, movement: float, confidence: float, intensity: str, options: FragilityOptions
 ) -> Exceedance:
     """Probability at a movement from walls that are each known at their own, by their lognormal curve."""
-    curves = fit_fragility(
-        ds,
-        categories=[category],
-        intensity=intensity,
-        confidence=confidence,
-        bootstrap=CURVE_RESAMPLES,
-        options=options,
-    )
+    how: dict[str, Any] = {"confidence": confidence, "bootstrap": CURVE_RESAMPLES, "options": options}
+    curves = fit_fragility(ds, categories=[category], intensity=intensity, **how)
     curve, largest = curves.isel(category=0), float(curves["intensity"][-1])
     if movement > largest * (1 + capacity.ROUNDING):
         raise InputError(

@@ -102,11 +102,7 @@ class WallFields:
     """
 
     def __init__(
-        self,
-        names: Sequence[str],
-        fields: Mapping[str, JointField],
-        marginals: Mapping[str, Marginal],
-        factor: FloatArray,
+        self, names: Sequence[str], fields: dict[str, JointField], marginals: Mapping[str, Marginal], factor: FloatArray
     ) -> None:
         self._names = tuple(names)
         self._fields = [fields[name] for name in names]

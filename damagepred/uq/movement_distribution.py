@@ -102,9 +102,8 @@ def _of_class(site: SiteClass) -> MovementDistribution:
     share = (np.arange(POINTS) + 0.5) / POINTS
     points = site.above + share * (site.up_to - site.above)
     limits = f"{1e3 * site.above:g} to {1e3 * site.up_to:g} mm"
-    return MovementDistribution(
-        f"class {site.name}", tuple(points.tolist()), f"y_s is taken as evenly distributed from {limits}", MOUND
-    )
+    even = f"y_s is taken as evenly distributed from {limits}"
+    return MovementDistribution(f"class {site.name}", tuple(points.tolist()), even, MOUND)
 
 
 def _distributed(text: str, unit: str) -> MovementDistribution:
@@ -117,8 +116,6 @@ def _distributed(text: str, unit: str) -> MovementDistribution:
     marginal = build(Distribution, table, "at").frozen("at", unit)
     points = np.asarray(marginal.ppf((np.arange(POINTS) + 0.5) / POINTS), dtype=np.float64)
     words = ", ".join(f"{key} {value}" for key, value in table.items() if key != "distribution")
-    return MovementDistribution(
-        f"a {table['distribution']} movement",
-        tuple(points.tolist()),
-        f"the movement is distributed: {table['distribution']}, {words}",
-    )
+    family = table["distribution"]
+    assumption = f"the movement is distributed: {family}, {words}"
+    return MovementDistribution(f"a {family} movement", tuple(points.tolist()), assumption)

@@ -72,10 +72,8 @@ def _table(marginal: Marginal) -> tuple[FloatArray, FloatArray]:
     done_left, done_right, done = [], [], []
     while remaining.size:
         middle, half = (remaining + right) / 2, (right - remaining) / 2
-        x, between_x = (
-            from_normal(marginal, (middle + np.outer(places, half)).ravel()).reshape(len(places), -1)
-            for places in (node, between)
-        )
+        at = [(middle + np.outer(places, half)).ravel() for places in (node, between)]
+        x, between_x = (from_normal(marginal, z).reshape(-1, len(half)) for z in at)
         powers = to_powers @ x
         constant = (x == x[0]).all(axis=0)  # an atom is its value, without rounding
         powers[:, constant] = 0.0
@@ -91,7 +89,5 @@ def _table(marginal: Marginal) -> tuple[FloatArray, FloatArray]:
         left, middle, right = (ends[~settled] for ends in (remaining, middle, right))
         remaining, right = np.append(left, middle), np.append(middle, right)
     order = np.argsort(np.concatenate(done_left))
-    return (
-        np.append(np.concatenate(done_left)[order], np.concatenate(done_right)[order[-1]]),
-        np.concatenate(done, axis=1)[:, order],
-    )
+    edges, last = np.concatenate(done_left)[order], np.concatenate(done_right)[order[-1]]
+    return np.append(edges, last), np.concatenate(done, axis=1)[:, order]

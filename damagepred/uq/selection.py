@@ -59,6 +59,10 @@ class Selection(NamedTuple):
     regret: float = np.nan
 
 
+Values = Callable[[int, int], FloatArray]  # alternative, number of samples -> values of its samples
+OnRound = Callable[[int, int], None]  # called with the samples per alternative, and the number of alternatives
+
+
 def hoeffding_bounds(mean: float, count: int, error: float) -> tuple[float, float]:
     """Bounds of the mean of values from 0 to 1, each wrong with at most a given probability."""
     limit = np.log(1.0 / error) / count
@@ -74,11 +78,7 @@ def hoeffding_bounds(mean: float, count: int, error: float) -> tuple[float, floa
 
 
 def select_cheapest(
-    costs: FloatArray,
-    hits: Callable[[int, int], FloatArray],
-    limit: float,
-    options: SelectionOptions,
-    on_round: Callable[[int, int], None] | None = None,
+    costs: FloatArray, hits: Values, limit: float, options: SelectionOptions, on_round: OnRound | None = None
 ) -> Selection:
     """Select the cheapest alternative whose probability of damage is at most a limit."""
     if not (len(costs) and 0 < limit < 1 and 0 < options.confidence < 1):
@@ -125,11 +125,11 @@ def betting_lower_bound(values: FloatArray, error: float) -> float:
 
 def select_least_expected(
     costs: FloatArray,
-    losses: Callable[[int, int], FloatArray],
+    losses: Values,
     largest: float,
     options: SelectionOptions,
     tolerance: float = 0.0,
-    on_round: Callable[[int, int], None] | None = None,
+    on_round: OnRound | None = None,
 ) -> Selection:
     """Select the alternative of the least expected cost: its own and its mean loss."""
     if not (len(costs) and largest > 0 and 0 < options.confidence < 1):

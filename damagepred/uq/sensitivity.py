@@ -42,14 +42,9 @@ def sensitivity_indices(
         columns |= {name: index(best[k]), f"{name}_lower": index((best - reach)[k])}
         columns[f"{name}_upper"] = index((best + reach)[k])
     columns["first_order_error"] = error[2]
-    return xr.Dataset(
-        {
-            name: ("variable", column, {"units": "1", "long_name": next(_INDICES[i] for i in _INDICES if i in name)})
-            for name, column in columns.items()
-        },
-        {"variable": names},
-        {"confidence": confidence, "walls": y.shape[-1]},
-    )
+    words = {name: next(text for index, text in _INDICES.items() if index in name) for name in columns}
+    variables = {name: ("variable", v, {"units": "1", "long_name": words[name]}) for name, v in columns.items()}
+    return xr.Dataset(variables, {"variable": names}, {"confidence": confidence, "walls": y.shape[-1]})
 
 
 def _checked(

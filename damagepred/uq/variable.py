@@ -214,11 +214,8 @@ class Distribution:
 
     def _numbers(self, where: str, unit: str) -> dict[str, float]:
         names = ("mean", "std", "median", "lower", "upper", "scale", *_PURE)
-        return {
-            name: _number(where, name, getattr(self, name), unit if name in _OF_THE_UNIT else "1")
-            for name in names
-            if getattr(self, name) is not None
-        }
+        given = {name: value for name in names if (value := getattr(self, name)) is not None}
+        return {key: _number(where, key, value, unit if key in _OF_THE_UNIT else "1") for key, value in given.items()}
 
     def _table(self, where: str, unit: str, given: dict[str, float]) -> Table:
         if given:

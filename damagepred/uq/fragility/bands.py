@@ -70,11 +70,8 @@ def sample_posterior(estimator: Estimator, random: np.random.Generator) -> Float
     factor = np.linalg.cholesky(np.linalg.inv(precision))[panel]
     normal = random.standard_normal((count, others))
     draws = np.column_stack((np.exp(drawn_g), middle + np.einsum("nij,nj->ni", factor, normal)))
-    proposed = (
-        np.log(share[panel] / np.diff(log_g)[panel])
-        - 0.5 * (normal**2).sum(axis=1)
-        - np.log(np.einsum("nii->ni", factor)).sum(axis=1)
-    )
+    proposed = np.log(share[panel] / np.diff(log_g)[panel]) - 0.5 * (normal**2).sum(axis=1)
+    proposed = proposed - np.log(np.einsum("nii->ni", factor)).sum(axis=1)
     drawn = weighted_likelihood(draws)
     log_weight = drawn.value + log_prior(draws, drawn) + drawn_g - proposed
     log_weight = np.where(np.isfinite(log_weight), log_weight, -np.inf)

@@ -39,12 +39,7 @@ def _likelihood_ratio_statistic(fit: Fit, intervals: GroupedIntervals) -> float:
 
 
 def p_value(
-    fit: Fit,
-    walls: StudyCapacities,
-    k: int,
-    repetitions: int,
-    random: np.random.Generator,
-    options: FragilityOptions = DEFAULT,
+    fit: Fit, walls: StudyCapacities, k: int, repetitions: int, random: np.random.Generator, options: FragilityOptions
 ) -> float:
     """Probability that walls of the fitted curve have at least the misfit of these (parametric bootstrap)."""
     count = len(walls.weight)

@@ -62,6 +62,9 @@ class CategoryIntervals(NamedTuple):
         return 1 + self.kinds
 
 
+Rows = LinearBounds | CategoryIntervals
+
+
 def linear_bounds(lower: FloatArray, upper: FloatArray, regressors: FloatArray) -> LinearBounds:
     """Intervals of capacities as linear bounds: g ln(lower) - h . x < e <= g ln(upper) - h . x."""
     no_below, no_above, exact = lower <= 0, np.isinf(upper), lower == upper
@@ -191,12 +194,7 @@ def maximise_likelihood(rows: LinearBounds | CategoryIntervals, weight: FloatArr
 
 
 def _line_search(
-    parameters: FloatArray,
-    current: Likelihood,
-    step: FloatArray,
-    active: IntArray,
-    rows: LinearBounds | CategoryIntervals,
-    weight: FloatArray,
+    parameters: FloatArray, current: Likelihood, step: FloatArray, active: IntArray, rows: Rows, weight: FloatArray
 ) -> tuple[BoolArray, FloatArray]:
     """Halve the steps until the likelihood is no smaller; return whether each was taken, and its fraction."""
     moved, fraction = np.zeros(len(active), dtype=bool), np.ones(len(active))

@@ -105,11 +105,8 @@ def fit_surface(
         raise InputError(f"second = '{second}': has values that are not positive; take scale = 'linear'.")
     before = walls.capacities.upper[0] <= 0
     capacities = capacity.without_damaged_at_start(walls.capacities)
-    cells = fit.group_intervals(
-        np.vstack((capacities.lower[:, finite], z[finite])),
-        np.vstack((capacities.upper[:, finite], z[finite])),
-        walls.weight[finite],
-    )
+    lower, upper = (np.vstack((ends[:, finite], z[finite])) for ends in capacities[:2])
+    cells = fit.group_intervals(lower, upper, walls.weight[finite])
     grid_z = (np.geomspace if logarithmic else np.linspace)(z[finite].min(), z[finite].max(), points[1])
     grid = np.linspace(0.0, walls.largest, points[0])
     model = _Regression(cells, logarithmic, options)
