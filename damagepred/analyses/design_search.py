@@ -9,9 +9,7 @@ random numbers); if the fields are drawn on the study's own wall, the joints' va
 from __future__ import annotations
 
 import itertools
-import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,17 +21,15 @@ from pydantic import Field
 from damagepred.archive.files import check_output
 from damagepred.archive.folder import open_study
 from damagepred.arrays import FloatArray
-from damagepred.assembly import NO_LIMITS
 from damagepred.campaign.campaign import Campaign, Progress
+from damagepred.campaign.cost_estimate import seconds_per_wall
 from damagepred.campaign.dispatch import sample_timeout
 from damagepred.campaign.settings import StudySettings, merged, study_tables
-from damagepred.campaign.warm_up import warm_up
 from damagepred.campaign.workers import SharedPool
-from damagepred.errors import InputError, SolverError, require_count
+from damagepred.errors import InputError, require_count
 from damagepred.formatting import duration
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import read_toml
-from damagepred.one_wall.solve import solve
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.scene.described import described
@@ -260,11 +256,7 @@ def search_design(
 def price_of_search(choices: str | Path, workers: int) -> str:
     """Cost estimate of a search (first round, upper bound); times one reference wall."""
     content, built, _, settings = _read(choices)
-    warm_up(settings[0].scene)
-    began = time.perf_counter()
-    with suppress(SolverError):
-        solve(settings[0].scene, limits=NO_LIMITS)
-    seconds, options = (time.perf_counter() - began) * len(built) / workers, _selection(content)
+    seconds, options = seconds_per_wall([settings[0].scene]) * len(built) / workers, _selection(content)
     return (
         f"{len(built)} alternatives of walls like the first: {options.first} walls each to begin with, about "
         f"{duration(seconds * options.first)}; {options.most} each at most, about {duration(seconds * options.most)}"

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import re
-import time
 import zlib
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -19,17 +17,15 @@ import xarray as xr
 
 from damagepred.archive.files import check_output
 from damagepred.archive.folder import open_study
-from damagepred.assembly import NO_LIMITS
 from damagepred.campaign.campaign import Campaign
+from damagepred.campaign.cost_estimate import seconds_per_wall
 from damagepred.campaign.dispatch import sample_timeout
 from damagepred.campaign.settings import StudySettings, study_tables
-from damagepred.campaign.warm_up import warm_up
 from damagepred.campaign.workers import SharedPool
-from damagepred.errors import InputError, SolverError, require_count
+from damagepred.errors import InputError, require_count
 from damagepred.formatting import duration
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import parse_toml
-from damagepred.one_wall.solve import solve
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.scene.number_table import NumberTable, read_number_table
@@ -145,13 +141,8 @@ def assess_portfolio(
 def price_of_portfolio(houses: str | Path, study: str | Path, workers: int, samples: int | None, at: str) -> str:
     """Estimated cost of a portfolio; times one wall of the first, the middle and the last house."""
     _, all_houses = read_houses(houses, study, at, samples)
-    warm_up(all_houses[0].settings.scene)
-    timed = {0, len(all_houses) // 2, len(all_houses) - 1}
-    began = time.perf_counter()
-    for k in timed:
-        with suppress(SolverError):
-            solve(all_houses[k].settings.scene, limits=NO_LIMITS)
-    seconds = (time.perf_counter() - began) / len(timed)
+    timed = sorted({0, len(all_houses) // 2, len(all_houses) - 1})
+    seconds = seconds_per_wall([all_houses[k].settings.scene for k in timed])
     walls = sum(house.settings.study.samples for house in all_houses)
     return f"{len(all_houses)} houses, {walls} walls: about {duration(seconds * walls / workers)}"
 

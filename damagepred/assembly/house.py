@@ -19,6 +19,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.brick_cracks import bricks_break
 from damagepred.assembly.elastic_blocks import ElasticBlocks, ElasticSides, elastic_sides
 from damagepred.assembly.footing_beam import UNBREAKABLE, UNLIMITED_STRENGTH
+from damagepred.assembly.interfaces import quadrature
 from damagepred.assembly.model import (
     BlockLaw,
     Blocks,
@@ -32,7 +33,6 @@ from damagepred.assembly.model import (
     Supports,
 )
 from damagepred.assembly.properties import joint_properties
-from damagepred.assembly.quadrature import quadrature
 from damagepred.assembly.section import Sections, Wires
 from damagepred.assembly.wall import wall_geometry, wall_model
 from damagepred.enumerations import ContactKind

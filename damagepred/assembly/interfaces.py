@@ -12,7 +12,6 @@ from damagepred.assembly.elastic_blocks import ElasticBlocks, elastic_sides
 from damagepred.assembly.geometry import SharedEdges
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.model import Blocks, Ground, GroundMovement, Interfaces, Joints
-from damagepred.assembly.quadrature import quadrature
 from damagepred.enumerations import ContactKind
 from damagepred.scene import Solver
 
@@ -116,6 +115,20 @@ def number_joints(edges: SharedEdges, kind: Int8Array, blocks: Blocks) -> tuple[
     leader = first[np.argsort(rank)]
     x, y = (np.bincount(joint, length * middle[:, axis], count) / weight for axis in (0, 1))
     return joint, Joints(kind[leader], course[leader], x, y)
+
+
+def quadrature(rule: str, count: int) -> tuple[FloatArray, FloatArray]:
+    """Points in [-1/2, 1/2] and weights that sum to 1: equal parts ("midpoint"), or Gauss-Lobatto with both ends."""
+    if rule == "midpoint":
+        return (np.arange(count) + 0.5) / count - 0.5, np.full(count, 1.0 / count)
+    if count < 2:
+        raise ValueError("Lobatto quadrature needs at least 2 points")
+    legendre = np.polynomial.legendre.Legendre.basis(count - 1)
+    inner = np.sort(np.real(legendre.deriv().roots())) if count > 2 else np.empty(0)
+    inner = 0.5 * (inner - inner[::-1])  # symmetric to the last digit
+    points = np.concatenate(([-1.0], inner, [1.0]))
+    weights = 1.0 / (count * (count - 1) * legendre(points) ** 2)
+    return points / 2.0, weights / weights.sum()
 
 
 def place_contacts(

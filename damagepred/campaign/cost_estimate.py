@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,12 +14,12 @@ import numpy as np
 
 from damagepred.archive.cautions import wall_cautions
 from damagepred.arrays import FloatArray
-from damagepred.assembly import Limits, Model, wall_cost
+from damagepred.assembly import NO_LIMITS, Limits, Model, wall_cost
 from damagepred.campaign.sample import sample_of
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.site_classes import site_line
 from damagepred.campaign.warm_up import warm_up
-from damagepred.errors import InputError, require_number
+from damagepred.errors import InputError, SolverError, require_number
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import read_toml
 from damagepred.one_wall.judged_path import Step, matrix_bytes, model_of
@@ -91,6 +92,16 @@ def _zone_bytes(model: Model, increments: int) -> int:
     if model.mesh is None:
         return 0
     return (increments + 1) * (len(model.mesh.zones) * (4 * 8 + 1) + model.mesh.x.size * 2 * 8)
+
+
+def seconds_per_wall(scenes: Sequence[Scene]) -> float:
+    """Mean time to solve some walls, once the kernels of the first are compiled (s)."""
+    warm_up(scenes[0])
+    began = time.perf_counter()
+    for scene in scenes:
+        with suppress(SolverError):
+            solve(scene, limits=NO_LIMITS)
+    return (time.perf_counter() - began) / len(scenes)
 
 
 def _peak_bytes() -> int:

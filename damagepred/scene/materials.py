@@ -165,10 +165,8 @@ class Joint:
         if self.dilation > self.friction:
             raise ValueError(f"dilation = {self.dilation:g}: must not exceed friction = {self.friction:g}")
         for residual, intact in (("residual_tensile_strength", "tensile_strength"), ("residual_cohesion", "cohesion")):
-            if getattr(self, residual) > getattr(self, intact):
-                raise ValueError(
-                    f"{residual} = {getattr(self, residual):g}: must not exceed {intact} = {getattr(self, intact):g}"
-                )
+            if (left := getattr(self, residual)) > (most := getattr(self, intact)):
+                raise ValueError(f"{residual} = {left:g}: must not exceed {intact} = {most:g}")
         if self.shear_fracture_energy is not None:
             for wrong, name in (
                 (self.fracture_energy is None, "fracture_energy, which is missing"),

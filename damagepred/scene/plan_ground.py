@@ -82,9 +82,8 @@ class PlanMound(Mound):
     def _in_plan(self) -> PlanMound:
         for key in ("position", "table"):
             if getattr(self, key):
-                raise ValueError(
-                    f"{key}: goes along one wall; in plan take {'point' if key == 'position' else 'levels'}"
-                )
+                other = "point" if key == "position" else "levels"
+                raise ValueError(f"{key}: goes along one wall; in plan take {other}")
         if (self.point is None) == (self.shape in AT_A_POINT):
             raise ValueError(
                 f"point: is missing; shape = '{self.shape}' needs its place in plan, such as [-2.0, 3.0]"

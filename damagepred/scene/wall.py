@@ -116,10 +116,8 @@ class Wall:
     @model_validator(mode="after")
     def _holds_a_brick(self) -> Wall:
         for size, brick in (("length", "block_length"), ("height", "block_height")):
-            if getattr(self, brick) > getattr(self, size):
-                raise ValueError(
-                    f"{brick} = {getattr(self, brick):g}: must not exceed the wall's {size} = {getattr(self, size):g}"
-                )
+            if (length := getattr(self, brick)) > (most := getattr(self, size)):
+                raise ValueError(f"{brick} = {length:g}: must not exceed the wall's {size} = {most:g}")
         if self.fit == "gauged" and (self.bond_offset > 0.0 or self.shortest_cut is not None):
             name = "bond_offset" if self.bond_offset > 0.0 else "shortest_cut"
             raise ValueError(f"{name}: gauged bricks are not cut; take fit = 'cut', or leave it out")

@@ -17,8 +17,7 @@ from damagepred.uq.fields import JointPlaces, WallFields, course_autoregression,
 from damagepred.uq.importance import Drawn, Proposal, draw
 from damagepred.uq.marginals import from_normal
 from damagepred.uq.quantile_table import JointQuantile
-from damagepred.uq.random_streams import Stream, generator
-from damagepred.uq.samplers import WEIGHT, unit_points
+from damagepred.uq.samplers import WEIGHT, Stream, generator, unit_points
 from damagepred.uq.variable import Variable
 
 

@@ -36,7 +36,7 @@ from damagepred.uq.fragility.fit import WITH_CURVE, group_intervals
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_words, shown_measure
 from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
-from damagepred.uq.random_streams import Stream, generator
+from damagepred.uq.samplers import Stream, generator
 
 PRIOR = 0.5
 """Walls added on either side for the precision of censored walls: one that reached the category just at the movement,

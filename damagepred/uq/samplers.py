@@ -1,4 +1,4 @@
-"""Samples of the values of a whole wall: points in the unit cube, or a table of the user.
+"""Random streams, and samples of the values of a whole wall: points in the unit cube, or a table of the user.
 
 Point i depends on the seed and i alone, except in a Latin hypercube. A table has one column per variable and one row
 per wall.
@@ -7,6 +7,7 @@ per wall.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from enum import IntEnum
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,23 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.scene.number_table import read_number_table
-from damagepred.uq.random_streams import Stream, generator
+
+
+class Stream(IntEnum):
+    """Purpose of a random stream of a sample: ``SeedSequence(seed, spawn_key=(stream, sample))``."""
+
+    WALL = 0
+    FIELD = 1
+    SCRAMBLE = 2
+    BOOTSTRAP = 3
+    SUBSET = 4
+    SUBSET_START = 5
+    GOODNESS = 7  # 6 was used by versions before 0.2.0
+
+
+def generator(seed: int, stream: Stream, number: int) -> np.random.Generator:
+    """Random numbers that belong to one sample and purpose."""
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(int(stream), number))))
 
 
 def unit_points(sampler: str, dimensions: int, samples: int, seed: int, replicates: int = 1) -> FloatArray:

@@ -17,7 +17,7 @@ from damagepred.errors import InputError, require_count, require_number
 from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.estimate import normal_factor, student_factor, wilson
-from damagepred.uq.random_streams import Stream, generator
+from damagepred.uq.samplers import Stream, generator
 
 LimitState = Callable[[FloatArray, IntArray], FloatArray]
 

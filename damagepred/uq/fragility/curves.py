@@ -38,7 +38,7 @@ from damagepred.uq.fragility.fit import (
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
 from damagepred.uq.intensity import chosen_intensity
-from damagepred.uq.random_streams import Stream, generator
+from damagepred.uq.samplers import Stream, generator
 
 Model = Literal["separate", "common", "empirical"]
 Columns = dict[str, NDArray[Any]]  # of the dataset, on (category,) or (category, intensity)

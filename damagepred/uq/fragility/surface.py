@@ -26,7 +26,7 @@ from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
 from damagepred.uq.fragility.likelihood import linear_bounds, maximise_likelihood
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.intensity import attributes, chosen_intensity
-from damagepred.uq.random_streams import Stream, generator
+from damagepred.uq.samplers import Stream, generator
 
 Scale = Literal["log", "linear"]
 
