@@ -71,6 +71,7 @@ class Unfolded(NamedTuple):
     rows: tuple[IntArray, ...]  # interfaces of each wall, in its own order
     corner_rows: IntArray  # (c,): interfaces of the corners
     corners: CornerPairs
+    plan: FloatArray  # (2, n): position of each block in plan (m)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,7 +188,8 @@ def _unfold(house: House, walls: Sequence[Model]) -> Unfolded:
     columns = _joined([*(f[:-1] for f in faces), face[:-1]], order)
     interfaces = Interfaces(*columns, elastic_sides)  # type: ignore[call-arg, arg-type]
     all_joints, rows = Joints(*_joined([*joints, corner_joints])), tuple(place[a:b] for a, b in pairwise(starts))
-    return Unfolded(blocks, interfaces, all_joints, elastic, shift, order, rows, place[starts[-1] :], pairs)
+    plan = np.concatenate([wall.points(m.blocks.x) for wall, m in zip(house.wall, walls)]).T.copy()
+    return Unfolded(blocks, interfaces, all_joints, elastic, shift, order, rows, place[starts[-1] :], pairs, plan)
 
 
 def _corner_faces(house: House, pairs: CornerPairs, blocks: Blocks, first_joint: int) -> Interfaces:

@@ -1,8 +1,9 @@
 """Cost of a house over the cost of its walls, each alone on the same ground.
 
-    python studies/benchmarks/house.py [--blocks elastic] [--repeats 2]
+    python studies/benchmarks/house.py [--walls 2 4 8] [--blocks elastic] [--repeats 2]
 
-solves a house of four walls and 4000 blocks that cracks, and its walls one by one, in turns, and prints CPU seconds.
+solves a corner, a house of four walls and 4000 blocks, and two such houses in a row, and their walls one by one, in
+turns, and prints CPU seconds.
 """
 
 from __future__ import annotations
@@ -16,16 +17,25 @@ import xarray as xr
 from damagepred.one_wall.solve import solve
 from damagepred.scene import House, Scene
 
-PLAN = {"front": ([0, 0], [9, 0]), "right": ([9, 0], [9, 6]), "back": ([9, 6], [0, 6]), "left": ([0, 6], [0, 0])}
+PLAN = {
+    "front": ([0, 0], [9, 0]),
+    "left": ([0, 6], [0, 0]),
+    "right": ([9, 0], [9, 6]),
+    "back": ([9, 6], [0, 6]),
+    "front_2": ([9, 0], [18, 0]),
+    "end": ([18, 0], [18, 6]),
+    "back_2": ([18, 6], [9, 6]),
+    "cross": ([13, 6], [13, 0]),
+}
 HOLES = [{"kind": "door", "x": 1.92, "width": 0.96, "height": 2.1}, {"x": 5.04, "y": 0.9, "width": 1.2, "height": 1.2}]
 WINDOW = [{"x": 2.4, "y": 0.9, "width": 1.2, "height": 1.2}]
 
 
-def house(blocks: str) -> House:
-    """House of 9 x 6 m whose corner settles by a tree."""
+def house(blocks: str, count: int) -> House:
+    """Corner, house of 9 x 6 m, or two in a row, by the number of walls; one corner settles by a tree."""
     walls = [
         {"name": name, "start": start, "end": end, "height": 2.55, "opening": HOLES if name == "front" else WINDOW}
-        for name, (start, end) in PLAN.items()
+        for name, (start, end) in list(PLAN.items())[:count]
     ]
     mound = {"shape": "tree", "point": [-1.5, -1.5], "reach": 9, "surface_movement": "60 mm"}
     joint = {"tensile_strength": "0.2 MPa", "cohesion": "0.3 MPa"}
@@ -46,13 +56,13 @@ def timed(run: Callable[[], xr.Dataset]) -> tuple[float, xr.Dataset]:
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--walls", type=int, nargs="+", default=[2, 4, 8], choices=(2, 4, 8))
     parser.add_argument("--blocks", default="elastic", choices=("rigid", "elastic"))
     parser.add_argument("--repeats", type=int, default=2)
     given = parser.parse_args()
-    made = house(given.blocks)
     solve(Scene.from_dict({"wall": {"length": 1.2, "height": 0.3}}))  # compiles
-    for _ in range(given.repeats):
-        together, ds = timed(lambda: solve(made))
+    for made in [house(given.blocks, count) for count in given.walls] * given.repeats:
+        together, ds = timed(lambda made=made: solve(made))
         alone = [timed(lambda scene=scene: solve(scene)) for scene in made.scenes]
         counts = [
             f"{one.sizes['block']} blocks, {one['crack_count'][-1]:g} cracks" for one in (ds, *(w for _, w in alone))
@@ -60,7 +70,8 @@ def main() -> None:
         print(f"house: {together:.1f} s, {counts[0]}; categories {ds['wall_damage_category'].values[-1].tolist()}")
         for name, (seconds, _), count in zip(made.names, alone, counts[1:]):
             print(f"  {name} alone: {seconds:.1f} s, {count}")
-        print(f"  house over its walls: {together / sum(seconds for seconds, _ in alone):.2f}", flush=True)
+        ratio = together / sum(seconds for seconds, _ in alone)
+        print(f"  {len(alone)} walls, house over its walls: {ratio:.2f}", flush=True)
 
 
 if __name__ == "__main__":

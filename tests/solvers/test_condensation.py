@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import Model, wall_model
-from damagepred.scene import Scene, Solver
+from damagepred.assembly.house import house_model
+from damagepred.scene import House, Scene, Solver
 from damagepred.solvers.quasi_static import elimination_tree
+from damagepred.solvers.quasi_static.elimination_tree import EliminationTree
 from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
 from damagepred.solvers.quasi_static.stepper import quasi_static_path
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 
@@ -66,3 +69,33 @@ def test_walls_that_differ_in_strength_share_elastic_factors(
     shared = path(second)
     assert (len(eliminated) - before < before / 2) == reused
     np.testing.assert_array_equal(shared, alone)
+
+
+def terrace() -> House:
+    """Front and back walls of 24 m, six walls between them; the ground under one end settles."""
+    bricks = {"height": 2.4, "block_length": 0.6, "block_height": 0.3}
+    plan = {"front": ([0, 0], [24, 0]), "back": ([24, 6], [0, 6])}
+    plan |= {f"party_{k}": ([4.8 * k, 0], [4.8 * k, 6]) for k in range(6)}
+    walls = [{"name": name, "start": start, "end": end, **bricks} for name, (start, end) in plan.items()]
+    mound = {"shape": "corner", "point": [0, 0], "reach": 4, "surface_movement": "15 mm"}
+    house = Scene.from_dict(
+        {"wall": walls, "mound": mound, "movement": {"kind": "settle"}, "solver": {"blocks": "rigid"}}
+    )
+    assert isinstance(house, House)
+    return house
+
+
+def test_fronts_of_a_terrace_take_hardly_more_memory_than_those_of_its_walls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A terrace is divided in plan; its path is the path of undivided courses."""
+    house = terrace()
+    model = house_model(house)
+    divided, *alone = (EliminationTree(DiscreteSystem.of(m), None) for m in (model, *model.walls))
+    assert divided.matrix_entries < 1.7 * sum(tree.matrix_entries for tree in alone)  # 3.5 with undivided courses
+    in_plan = list(quasi_static_path(model, house.solver, 2))
+    monkeypatch.setattr(elimination_tree, "COURSE_SHARE", 0.0)
+    elimination_tree._recent.clear()
+    for divided_step, step in zip(in_plan, quasi_static_path(model, house.solver, 2), strict=True):
+        np.testing.assert_allclose(divided_step.displacement, step.displacement, atol=1e-9)
+        np.testing.assert_array_equal(divided_step.state, step.state)
+    assert (step.state == 1).any()
+    elimination_tree._recent.clear()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -11,52 +13,57 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Dissection:
-    """Order of elimination of the nodes of a wall: separators, and the parts that they leave."""
+    """Order of elimination of the nodes of a wall or house: separators, and the parts that they leave."""
 
-    place: FloatArray  # (2, n) Coordinates of the blocks of the nodes, equal to the last digit where they are in line
+    place: FloatArray  # (d, n) Coordinates of the blocks of the nodes, equal to the last digit where they are in line
     weight: IntArray  # (n,) Number of degrees of freedom of each node, and its block
     block: IntArray
     sides: IntArray  # (m, 2, w / 2) Nodes of the two sides of each interface, -1 where there are fewer
     blocks: IntArray  # (2, m) Blocks of the two sides
-    smallest: int  # degrees of freedom up to which a part is one front
+    shares: tuple[float, ...] = (0.5,)  # of the weight of a part, before a cut
 
-    def order(self, front: IntArray, first: int, nodes: IntArray) -> None:
-        """Set ``front`` of the listed nodes, numbered from ``first``: separators before the parts that they leave."""
+    def divide(self, nodes: IntArray, largest: Callable[[IntArray], float]) -> Iterator[tuple[IntArray, bool]]:
+        """Separators of the listed nodes (True), each before the parts that it leaves (False).
+
+        Separators of a part are lighter than ``largest`` of its nodes.
+        """
         within = np.zeros(int(self.block.max(initial=0)) + 1, dtype=np.bool_)
         left, separates = within.copy(), np.zeros(len(self.block) + 1, dtype=np.bool_)  # the last for -1
         parts = [(nodes, np.arange(self.blocks.shape[1]))]
         while parts:
             nodes, listed = parts.pop()
-            cut = None
-            if self.weight[nodes].sum() > self.smallest:
+            cut, limit = None, largest(nodes)
+            if limit > 0.0:
                 within[self.block[nodes]] = True
                 first_in, second_in = within[self.blocks[:, listed]]
                 within[self.block[nodes]] = False
                 listed = listed[first_in & second_in]
-                cut = self._cut(nodes, listed, left, separates)
+                cut = self._cut(nodes, listed, left, separates, limit)
             if cut is None:
-                front[nodes] = first
-                first += len(nodes) > 0
+                if len(nodes):
+                    yield nodes, False
                 continue
             separates[cut] = True
             parted, on_left = separates[nodes], left[self.block[nodes]]
             separates[cut] = False
-            front[nodes[parted]] = first
-            first += bool(parted.any())
+            if parted.any():
+                yield nodes[parted], True
             parts += [(nodes[~parted & ~on_left], listed), (nodes[~parted & on_left], listed)]
 
-    def _cut(self, nodes: IntArray, listed: IntArray, left: BoolArray, separates: BoolArray) -> IntArray | None:
-        """Lightest separator of a part, or None without any: nodes on one side of a cut at a median of x or y.
+    def _cut(
+        self, nodes: IntArray, listed: IntArray, left: BoolArray, separates: BoolArray, least: float
+    ) -> IntArray | None:
+        """Lightest separator of a part that is below ``least``, or None: nodes on one side of a cut at a quantile.
 
         ``listed`` are the interfaces inside the part. ``left`` becomes the half of each block; ``separates`` is room.
         """
-        own, weight, best, least = self.block[nodes], self.weight[nodes], None, np.inf
+        own, weight, best = self.block[nodes], self.weight[nodes], None
         ends = self.blocks[:, listed]
-        for values in self.place[:, nodes]:
-            median = _median(values, weight)
-            if median == np.inf:
+        for values, share in product(self.place[:, nodes], self.shares):
+            cut_at = _quantile(values, weight, share)
+            if cut_at == np.inf:
                 continue
-            left[own] = half = values < median
+            left[own] = half = values < cut_at
             first_left, second_left = left[ends]
             cut = np.flatnonzero(first_left != second_left)
             first, second = self.sides[listed[cut]].swapaxes(0, 1)
@@ -72,11 +79,11 @@ class Dissection:
         return best
 
 
-def _median(values: FloatArray, weight: IntArray) -> float:
-    """Weighted median, or the next larger value if that is the least; infinite if all are equal."""
+def _quantile(values: FloatArray, weight: IntArray, share: float) -> float:
+    """Weighted quantile, or the next larger value if that is the least; infinite if all are equal."""
     order = np.argsort(values)
     ordered, total = values[order], np.cumsum(weight[order])
-    median = ordered[np.searchsorted(total, 0.5 * total[-1])]
-    if median > ordered[0]:
-        return float(median)
-    return float(np.append(ordered[ordered > median], np.inf)[0])
+    quantile = ordered[np.searchsorted(total, share * total[-1])]
+    if quantile > ordered[0]:
+        return float(quantile)
+    return float(np.append(ordered[ordered > quantile], np.inf)[0])

@@ -2,8 +2,9 @@
 
 Courses that touch the ground, and those up to a plane of weakness, are one front each, the root and a chain: joints
 slide and crack there. The blocks beyond are ordered by nested dissection (George 1973): a separator divides them in two
-parts that do not touch each other, and each part is divided again. A front is eliminated after all that it separates;
-its boundary are the degrees of freedom of later fronts that it then couples (Duff and Reid 1983).
+parts that do not touch each other, and each part is divided again. A house is first divided in plan, by upright
+separators, and each of its parts has a chain. A front is eliminated after all that it separates; its boundary are the
+degrees of freedom of later fronts that it then couples (Duff and Reid 1983).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
+from damagepred.assembly.house import HouseModel
 from damagepred.enumerations import ContactKind
 from damagepred.solvers.quasi_static.dissection import Dissection
 from damagepred.solvers.quasi_static.options import LinearSystemOptions
@@ -27,6 +29,10 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.interface_kinematics import interface_kinematics
 
 DEFAULTS = LinearSystemOptions()
+COURSE_SHARE = 0.7
+"""Weight of a separator in the plan of a house over its heaviest course, up to which it divides the house there (1)."""
+PLAN_SHARES = (0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65)
+"""Shares of the weight of a part of a house at which it may be divided: cuts through openings are lighter (1)."""
 _recent: deque[tuple[tuple[Any, ...], LinearSystemOptions, tuple[Any, ...], EliminationTree]] = deque(maxlen=2)
 """Trees made before: all samples of a wall share one; supports that act later make another."""
 
@@ -165,7 +171,7 @@ class EliminationTree:
         return node[dofs]
 
     def _order(self, system: DiscreteSystem, options: LinearSystemOptions) -> IntArray:
-        """Front of each node: a chain of courses up to the last plane of weakness, nested dissection beyond."""
+        """Front of each node: separators in plan, then chains up to the last plane of weakness, dissection beyond."""
         model, n = system.model, system.model.n_blocks
         face, level_of_block = model.interfaces, block_levels(system)
         block = np.stack((face.block_a, face.block_b), axis=1)
@@ -177,18 +183,39 @@ class EliminationTree:
         within[touching[touching >= 0]] = 0
         level_of_node = 2 * level_of_block[self._block] + within
         last = _last_course(model, level)
-        chain = np.full(len(self._block), -1, dtype=np.int64)
-        listed = (level_of_node <= last) & (self._weight > 0)
-        courses, chain[listed] = np.unique(level_of_node[listed], return_inverse=True)
-        size = np.sqrt(model.blocks.area.mean())
-        centre = np.stack((model.blocks.x, model.blocks.y))
-        place = np.pad(np.round(centre / size * 1e6), ((0, 0), (0, 1)))[:, self._block]
+        size, centres = np.sqrt(model.blocks.area.mean()), [np.stack((model.blocks.x, model.blocks.y))]
+        if isinstance(model, HouseModel) and len(model.walls) > 1:
+            centres.append(model.unfolded.plan)
+        places = [np.pad(np.round(centre / size * 1e6), ((0, 0), (0, 1)))[:, self._block] for centre in centres]
+        of_nodes = self._weight, self._block, self._sides, block.T
+        front, first, parts = np.full(len(self._block), -1, dtype=np.int64), 0, [np.flatnonzero(self._weight > 0)]
+        if len(places) > 1:
+            cuts = Dissection(places[1], *of_nodes, shares=PLAN_SHARES)
+            divided = cuts.divide(parts.pop(), lambda nodes: COURSE_SHARE * self._heaviest(nodes, level_of_node, last))
+            for nodes, separates in divided:
+                if separates:
+                    front[nodes], first = first, first + 1
+                else:
+                    parts.append(nodes)
         # a part that is condensed is a better start for Newton's method than none
         smallest = min(options.dissected_size, int(self._weight.sum()) // 8)
-        blocks = np.stack((face.block_a, face.block_b))
-        dissection = Dissection(place, self._weight, self._block, self._sides, blocks, smallest)
-        dissection.order(chain, len(courses), np.flatnonzero((chain < 0) & (self._weight > 0)))
-        return chain
+        dissection = Dissection(np.concatenate(places), *of_nodes)
+        for part in parts:
+            in_chain = level_of_node[part] <= last
+            courses, number = np.unique(level_of_node[part[in_chain]], return_inverse=True)
+            front[part[in_chain]] = first + number
+            first += len(courses)
+            beyond = dissection.divide(
+                part[~in_chain], lambda nodes: np.inf if self._weight[nodes].sum() > smallest else 0.0
+            )
+            for nodes, _ in beyond:
+                front[nodes], first = first, first + 1
+        return front
+
+    def _heaviest(self, nodes: IntArray, level: IntArray, last: int) -> float:
+        """Weight of the heaviest of the half levels up to the last one, of some nodes."""
+        chain = nodes[level[nodes] <= last]
+        return float(np.bincount(level[chain], self._weight[chain]).max(initial=0.0))
 
     # -- symbolic factorisation -----------------------------------------------------------------------------------
 
