@@ -1,6 +1,6 @@
 """From openings to cracks to categories of damage. Independent of the solvers, so archives can be judged again."""
 
-from damagepred.damage.bands import BandGauges as BandGauges
+from damagepred.damage.crack_bands import BandGauges as BandGauges
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.damage.cracks import Cracks as Cracks
 from damagepred.damage.cracks import find_cracks as find_cracks

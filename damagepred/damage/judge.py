@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray
-from damagepred.damage.bands import BandGauges
+from damagepred.damage.crack_bands import BandGauges
 from damagepred.damage.cracks import find_cracks, group_widths, psi
 from damagepred.damage.joints import JointMap
 from damagepred.damage.table import DamageTable, load_table, own_table
@@ -25,7 +25,9 @@ class Verdict(NamedTuple):
     damage_category_band: int  # by the width of the widest crack band instead of the widest joint
     # largest opening normal to a joint of the wall proper (m), the measure of damage tables here
     crack_width_max: float
-    crack_band_width_max: float  # widest crack band (m), see ``damagepred.damage.bands``; at least ``crack_width_max``
+    crack_band_width_max: (
+        float  # widest crack band (m), see ``damagepred.damage.crack_bands``; at least ``crack_width_max``
+    )
     crack_count: int  # separate cracks of the wall proper of ``table.counted_width`` or more
     crack_length_total: float  # of all cracks of the wall proper together (m)
     psi: float  # see ``damagepred.damage.cracks.psi``

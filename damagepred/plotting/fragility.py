@@ -172,17 +172,19 @@ def _mark_ranges(ax: Axes, marks: Mapping[str, tuple[float, float]], scale: floa
 
 
 def _mark_limits(ax: Axes, span: float) -> None:
-    """Mark the deflections (mm) that a code allows to each construction of a wall of a length (m)."""
+    """Mark the deflections (mm) of AS 2870 Table 4.1: the lesser of a share of the length and an absolute limit."""
     low, high = ax.get_xlim()
-    last = -np.inf
+    written = -np.inf
     for limit in sorted(construction_limits().values(), key=lambda limit: limit.value(span, span)):
-        at = span * limit.value(span, span) * sheet.MM
-        if not low < at < high:
+        deflection = span * limit.value(span, span) * sheet.MM  # the limits do not depend on the height
+        if not low < deflection < high:
             continue
-        ax.axvline(at, **_LIMIT)
-        if at - last > 0.03 * (high - low):
-            _write_at_top(ax, at, f"L/{limit.one_in[0]:.0f}", ha="right", rotation=90)
-            last = at
+        ax.axvline(deflection, **_LIMIT)
+        if deflection - written > 0.03 * (high - low):
+            by_length = np.isclose(deflection, span / limit.one_in[0] * sheet.MM)
+            text = f"L/{limit.one_in[0]:.0f}" if by_length else f"{deflection:.0f} mm"
+            _write_at_top(ax, deflection, text, ha="right", rotation=90)
+            written = deflection
 
 
 def _write_at_top(ax: Axes, x: float, words: str, **style: Any) -> None:

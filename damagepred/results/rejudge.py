@@ -281,7 +281,7 @@ def _worst_so_far(ds: xr.Dataset) -> list[str]:
 
 
 def _judge_numbers(ds: xr.Dataset, own: Rules, rules: Rules) -> list[str]:
-    _refuse_what_is_not_kept(ds, own, rules)
+    _require_stored(ds, own, rules)
     notes: list[str] = []
     before = ds.copy()
     for prefix in ("", "end_"):
@@ -310,7 +310,8 @@ def _lacking(ds: xr.Dataset, prefix: str, rules: Rules) -> list[str]:
     return [name for name in needed if name not in _stored(ds, prefix, needed)]
 
 
-def _refuse_what_is_not_kept(ds: xr.Dataset, own: Rules, rules: Rules) -> None:
+def _require_stored(ds: xr.Dataset, own: Rules, rules: Rules) -> None:
+    """Refuse rules that need variables, or readings of them, which the archive does not hold."""
     if lacking := _lacking(ds, "", rules):
         raise InputError(f"states: this archive, of an older version, does not hold {', '.join(lacking)}.")
     if dict(rules.table.measures).get("count") and rules.table.counted_width != own.table.counted_width:

@@ -34,7 +34,7 @@ def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
 
 def complaint(kind: type, error: ValidationError, source: str) -> InputError:
     """Error for values that a described class refuses, one line each."""
-    lines = list(dict.fromkeys(_line(kind, problem) for problem in _once_a_place(error.errors())))
+    lines = list(dict.fromkeys(_error_line(kind, problem) for problem in _once_a_place(error.errors())))
     return InputError("\n".join(f"{source}: {line}" for line in lines))
 
 
@@ -61,7 +61,8 @@ def _once_a_place(problems: list[Any]) -> list[Any]:
     return list(first.values())
 
 
-def _line(kind: type, problem: Any) -> str:
+def _error_line(kind: type, problem: Any) -> str:
+    """Sentence on one error of pydantic (``ValidationError.errors``)."""
     location = [str(step) for step in problem["loc"]]
     value, limits = problem.get("input"), problem.get("ctx", {})
     key = _place(location)

@@ -384,7 +384,7 @@ class Scene:
         return self.mound.at(abs(factor)).profile(x, length, kind)
 
     def unread(self) -> set[str]:
-        """Keys that this movement does not read."""
+        """Keys that this movement does not read: no inputs of a report, no assumed values."""
         movement, tables, keys = self.movement, self.to_dict(), set()
         for name, shape in (("rig", "jacks"), ("soil", "mound"), ("mound", "mound")):
             if movement.shape != shape:

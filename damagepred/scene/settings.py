@@ -286,7 +286,7 @@ class Damage:
         share an opening. ``band``: the widest crack band, the reading of a gauge across neighbouring joints. Archives
         also have the category by the band, as ``damage_category_band``.
     band_gauge : float
-        Length of the gauge across a crack band (m); see ``damagepred.damage.bands``. The default spans three bricks of
+        Length of the gauge across a crack band (m); see ``damage.crack_bands``. The default spans three bricks of
         240 mm and their four head joints. Their sum depends less on how they share an opening than the widest of them.
         Where bonds of less than 10 kPa break at once, it also depends on the solver
         (``studies/quasi_static_agreement``). Take about three units if they are longer. It is less than

@@ -19,7 +19,7 @@ from damagepred.damage import (
     load_table,
     sticking_limits,
 )
-from damagepred.damage.bands import BandGauges
+from damagepred.damage.crack_bands import BandGauges
 from damagepred.damage.cracks import psi
 from damagepred.damage.limits import load_scale
 from damagepred.one_wall.judged_path import gauges

@@ -147,7 +147,7 @@ def test_solvers_agree_on_walls_of_elastic_bricks_whose_strength_varies_by_a_hun
     found = []
     for method in ("quasi_static", "explicit"):
         study = {
-            "study": {"samples": 16, "seed": 5},
+            "study": {"samples": 6, "seed": 5},
             "scene": {**tables, "solver": {"method": method}},
             "variables": {
                 "joint.tensile_strength": {"mean": "0.453 MPa", **strength},
@@ -158,5 +158,5 @@ def test_solvers_agree_on_walls_of_elastic_bricks_whose_strength_varies_by_a_hun
         found.append(1e3 * ds["crack_band_width_max"].values[:, -1])
     assert np.median(found[0]) == pytest.approx(np.median(found[1]), rel=0.02)
     for band in found:
-        assert 1 <= (band < 2.2).sum() <= 5
+        assert 1 <= (band < 2.2).sum() <= 3
         assert ((band < 2.2) | (band > 2.9)).all()

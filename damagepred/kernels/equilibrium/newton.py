@@ -5,6 +5,9 @@ Coulomb friction is not symmetric: sliding contacts gain resistance where they a
 they part. Where a step has negative work of the residual, the tangent is indefinite and the step leads back to an
 unstable equilibrium. The reversed step, a direction of negative curvature, leads away from it, as in minimisation
 (Nocedal and Wright 2006, ch. 3).
+
+Inside each block whose zones yield a second Newton runs in every residual: ``_correct_block`` of
+kernels/zone/superelement.
 """
 
 import numpy as np

@@ -52,7 +52,8 @@ def joint_parameters(properties):
     w_c, s_c = properties.critical_opening, properties.critical_slip
     kappa_0 = properties.tensile_strength / k_n
     linear_range = np.maximum(w_c - kappa_0, TINY)
-    softening_range = linear_range / (2.0 * mean_integrity(properties.softening_shape))  # of the same fracture energy
+    # a curve has another range than a line of the same fracture energy
+    softening_range = linear_range / (2.0 * mean_integrity(properties.softening_shape))
     derived = {
         "shear_compliance": 1.0 / k_s,
         "slip_compliance": 1.0 / (k_s + k_n * properties.friction * psi),

@@ -200,8 +200,8 @@ def eliminate(factors, changed, target, complements, elastic):
     """Eliminate the ``outdated`` fronts, children first (multifrontal method, Duff and Reid 1983).
 
     The stiffness of ``changed`` interfaces becomes ``target``; ``complements`` takes the Schur complements. ``elastic``
-    fronts, which are condensed, are not regularised: that would hold them in space. Returns False where their ancestors
-    do not hold them.
+    fronts, which are condensed, are not regularised: that would hold them in space. False: an elastic front is
+    singular, as nothing outside holds it.
     """
     _set_stiffness(factors, changed, target)
     tree, dense, outdated, matrix = factors.tree, factors.dense, factors.outdated, factors.front
@@ -209,8 +209,8 @@ def eliminate(factors, changed, target, complements, elastic):
     for k in range(outdated.size - 1, -1, -1):
         if not outdated[k]:
             continue
-        size, edge = start[k + 1] - start[k], boundary[k + 1] - boundary[k]
-        rows = size + edge
+        size, beyond = start[k + 1] - start[k], boundary[k + 1] - boundary[k]
+        rows = size + beyond
         _assemble_front(factors, k, rows)
         _add_to_diagonal(tree.strain_stiffness, start[k], size, rows, matrix)
         if not elastic:
@@ -221,13 +221,14 @@ def eliminate(factors, changed, target, complements, elastic):
         if elastic and pivot_ratio < dense.singular_pivot_ratio:
             return False
         coupling, upper = factors.coupling[tree.coupling_start[k] :], factors.upper[tree.coupling_start[k] :]
-        multiply(dense, False, size, edge, size, 1.0, inverse, size, matrix[size * rows :], rows, 0.0, upper)
+        # upper = inverse @ B, complement = D - B.T @ upper, of the front [[A, B], [B.T, D]]
+        multiply(dense, False, size, beyond, size, 1.0, inverse, size, matrix[size * rows :], rows, 0.0, upper)
         for j in range(size):
-            for i in range(edge):
-                coupling[j * edge + i] = matrix[j * rows + size + i]
+            for i in range(beyond):
+                coupling[j * beyond + i] = matrix[j * rows + size + i]
         complement = complements[tree.complement_start[k] :]
-        for j in range(edge):
-            for i in range(edge):
-                complement[j * edge + i] = matrix[(size + j) * rows + size + i]
-        multiply(dense, False, edge, edge, size, -1.0, matrix[size:], rows, upper, size, 1.0, complement)
+        for j in range(beyond):
+            for i in range(beyond):
+                complement[j * beyond + i] = matrix[(size + j) * rows + size + i]
+        multiply(dense, False, beyond, beyond, size, -1.0, matrix[size:], rows, upper, size, 1.0, complement)
     return True

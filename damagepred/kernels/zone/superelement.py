@@ -261,9 +261,10 @@ def _dot(a, b):
 
 @rule
 def _start_interior(blocks, d, load, live, displacement, u, applied, elastic):
-    """Fill displacements u (n,) of block d, and the load and the elastic displacement of its interior (i,).
+    """Fill displacements u (r + i,) of block d, and the load and elastic displacement of its i interior freedoms.
 
-    The interior starts from the elastic solution, shifted by the inelastic part of the last one.
+    ``load`` and ``live`` are factors of dead and live load. The interior starts from its elastic solution and the
+    inelastic displacement of the last equilibrium.
     """
     s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
     r, condensed = blocks.shapes.boundary[s], _matrix(blocks.shapes, s, blocks.shapes.condensed)
@@ -363,7 +364,7 @@ class YieldLaw(Structure):
     """Functions that only walls compile of which a zone can yield; ``empty`` in other walls."""
 
     present = types.boolean
-    correct_active = types.FunctionType(CORRECT_ACTIVE)
+    correct_active = types.FunctionType(CORRECT_ACTIVE)  # correct_active_blocks
     update_tangents = types.FunctionType(UPDATE_TANGENTS)
 
 

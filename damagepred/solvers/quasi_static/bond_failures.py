@@ -1,4 +1,8 @@
-"""Failure of bonds: which fail together, what their failure changes, and where on the path each has failed."""
+"""Failure of bonds: which fail together, what their failure changes, and where on the path each has failed.
+
+Whether a bond is overloaded: ``Continuation._end_step`` and ``_redistribute_failures``, with ``bond_loads``
+(kernels/interface/checks).
+"""
 
 from __future__ import annotations
 

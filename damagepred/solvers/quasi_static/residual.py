@@ -286,7 +286,7 @@ class Residual:
         """Interfaces and joint law, as structures for kernels."""
         model, system, records = self.model, self.system, self.model.interface_records
         elastic = model.interfaces.elastic
-        made: Joints = Joints(
+        joints: Joints = Joints(
             edge=records.edge,
             contact_offset=records.contact_offset,
             contact_area=records.contact_area,
@@ -295,12 +295,12 @@ class Residual:
             side_rows=np.zeros((len(records.edge), 2, 3, 2)) if elastic is None else elastic.rows,
             strain_stiffness=system.strain_stiffness,
             first_strain=system.strain_dofs.start,
-            return_mapping=np.array(return_mapping[:-1], dtype=np.float64),
+            return_mapping=np.array(return_mapping[:-1], dtype=np.float64),  # without ``general``, known at compilation
             block_stress=model.block_stress,
             # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
             no_strength=self.tolerance * model.block_stress,
         )
-        return made
+        return joints
 
     def _elastic_stiffness(self, rest: State) -> FloatArray:
         """Return the stiffness of the interfaces of the unloaded wall (m, 9)."""
