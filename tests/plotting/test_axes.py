@@ -7,8 +7,10 @@ from xml.etree import ElementTree
 import matplotlib.pyplot as plt
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 from damagepred import plotting
+from damagepred.plotting.fragility import _mark_limits
 from damagepred.plotting.vector import svg_of
 
 OF_WALLS = ["draw_wall", "draw_cracks", "draw_history"]
@@ -36,3 +38,11 @@ def test_a_drawing_tells_the_page_where_its_axes_are(scale: str, limits: tuple[f
     shares = float(root.attrib["data-right"]) - float(root.attrib["data-left"])
     assert shares * width == pytest.approx(ax.get_position().width * 4.0, rel=1e-3)
     plt.close(figure)
+
+
+def test_limits_of_a_long_wall_are_labelled_by_what_governs() -> None:
+    """AS 2870 Table 4.1 at 15 m: 1/2000 of the length is 7.5 mm; 15, 20, 30 and 40 mm are below their shares."""
+    ax = Figure().add_subplot()
+    ax.set_xlim(0.0, 60.0)
+    _mark_limits(ax, 15.0)
+    assert [text.get_text() for text in ax.texts] == ["L/2000", "15 mm", "20 mm", "30 mm", "40 mm"]
