@@ -167,11 +167,8 @@ def read_houses(houses: str | Path, study: str | Path, at: str, samples: int | N
     tables, folder = study_tables(study)
     places = [table.names.index(name) for name in PLACES if name in table.names]
     coordinates = np.column_stack([table.numbers(k, "1") for k in places]) if places else np.empty((len(names), 0))
-    all_houses = [
-        House(name, *_house(table, k, deepcopy(tables), (study, folder), samples, at), tuple(coordinates[k].tolist()))
-        for k, name in enumerate(names)
-    ]
-    return table, all_houses
+    found = [_house(table, k, deepcopy(tables), (study, folder), samples, at) for k in range(len(names))]
+    return table, [House(name, *own, tuple(place)) for name, own, place in zip(names, found, coordinates.tolist())]
 
 
 def _house(
@@ -275,10 +272,8 @@ def _movement(ds: xr.Dataset, house: House, measure: str) -> MovementDistributio
 def _dataset(table: NumberTable, houses: list[House], rows: list[Mapping[str, Any]], confidence: float) -> xr.Dataset:
     each = ("house", "category")
     unit = {"units": "1"}
-    columns: dict[str, Any] = {
-        name: (each, np.array([row[name] for row in rows]), unit)
-        for name in ("probability", "probability_lower", "probability_upper")
-    }
+    names = ("probability", "probability_lower", "probability_upper")
+    columns: dict[str, Any] = {name: (each, np.array([row[name] for row in rows]), unit) for name in names}
     columns |= {name: ("house", [row[name] for row in rows]) for name in ("at", "walls", "failed")}
     for k, name in enumerate(name for name in PLACES if name in table.names):
         columns[name] = ("house", [house.place[k] for house in houses])

@@ -35,11 +35,8 @@ def odds_in_words(value: float) -> str:
 
 def reported(ds: xr.Dataset) -> xr.Dataset:
     """Back-analysis with the probabilities of causes that have odds, within their limits, for JSON."""
-    probabilities = {
-        f"{name}_posterior": odds / (1.0 + odds)
-        for name, odds in (("cause", ds["posterior_odds"]), ("another_cause", ds["another_cause_odds"]))
-    }
-    return ds.assign(probabilities).drop_vars("log_evidence")
+    of_causes = {"cause_posterior": ds["posterior_odds"], "another_cause_posterior": ds["another_cause_odds"]}
+    return ds.assign({name: odds / (1.0 + odds) for name, odds in of_causes.items()}).drop_vars("log_evidence")
 
 
 def posterior_tables(ds: xr.Dataset) -> list[Table]:

@@ -198,9 +198,7 @@ def _read_log(file: Path, question: str) -> dict[int, Margin]:
     return margins
 
 
-def _logged(
-    number: int, most: float | None, seconds: float, why: str, least: float | None = None
-) -> tuple[int, Margin]:
+def _logged(number: int, most: float | None, _: float, why: str, least: float | None = None) -> tuple[int, Margin]:
     """Number and margin of a line; older lines lack the path of a failed wall."""
     if most is None:
         return number, Margin(NOTHING_KNOWN.least if least is None else least, np.inf, why)

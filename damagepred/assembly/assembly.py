@@ -42,6 +42,9 @@ NEVER_CUT = (ContactKind.SUPPORT, ContactKind.CONTROL_JOINT)
 """Interfaces that are never cut into parts: point bearings and gaps."""
 
 
+XY = tuple[float, float]
+
+
 class Grounded(NamedTuple):
     """A block that rests on the ground: with its whole underside, or bearing in one point x (m) of it."""
 
@@ -83,7 +86,7 @@ class Assembly:
     def __init__(
         self,
         thickness: float = 0.11,
-        gravity: tuple[float, float] = (0.0, -GRAVITY),
+        gravity: XY = (0.0, -GRAVITY),
         joint: Joint | None = None,
         block: BlockMaterial | None = None,
     ) -> None:
@@ -386,9 +389,7 @@ class Assembly:
         self._velocity[self._check(block)] = (float(x), float(y), float(rotation))
 
     @checked
-    def load(
-        self, block: int, *, x: float = 0.0, y: float = 0.0, moment: float = 0.0, at: tuple[float, float] | None = None
-    ) -> None:
+    def load(self, block: int, *, x: float = 0.0, y: float = 0.0, moment: float = 0.0, at: XY | None = None) -> None:
         """Add a dead load to a block.
 
         Parameters
@@ -403,9 +404,7 @@ class Assembly:
         self._load[block] = self._load.get(block, np.zeros(3)) + self._force(block, (x, y), moment, at)
 
     @checked
-    def push(
-        self, block: int, *, x: float = 0.0, y: float = 0.0, moment: float = 0.0, at: tuple[float, float] | None = None
-    ) -> None:
+    def push(self, block: int, *, x: float = 0.0, y: float = 0.0, moment: float = 0.0, at: XY | None = None) -> None:
         """Add a live load to a block: 0 under the dead load, then in proportion to the movement.
 
         If the wall collapses, the attribute ``collapse_progress`` is the last load factor in equilibrium.
@@ -428,9 +427,7 @@ class Assembly:
         """
         self._push_body = self._push_body + np.array([x, y])
 
-    def _force(
-        self, block: int, force: tuple[float, float], moment: float, at: tuple[float, float] | None
-    ) -> FloatArray:
+    def _force(self, block: int, force: XY, moment: float, at: XY | None) -> FloatArray:
         self._check(block)
         x, y = force
         if at is not None:

@@ -4,9 +4,6 @@ A whole brick is two halves with an interface of kind ``BRICK_JOINT``. It soften
 over the fracture energy; a broken brick has friction alone. Until then the interface is nearly rigid: the elasticity of
 a rigid brick is in the joints around it, and the halves of an elastic brick share its strain and curvature.
 
-The shear strength of the intact middle is its tensile strength, unless ``[block]`` has a cohesion: in running bond the
-middle of a brick carries twice the mean shear stress of the wall (Mann and Mueller 1982), and cracks diagonally.
-
 A path is solved with whole bricks first. If the forces on half a brick reach a share of the strength of its middle, it
 is solved again from the start with halves.
 """

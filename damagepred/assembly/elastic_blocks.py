@@ -1,23 +1,13 @@
 """Elastic blocks: rectangles with an axial strain along their bed and a curvature.
 
-In axes of the block, x along its bed, origin in the centre, length b, height h, thickness t, its displacement is
+In axes of the block, x along its bed, origin in the centre, length b, height h, its displacement is
 
     u = eps x - kap x y,    v = kap (x^2/2 - b^2/24) - nu eps y + nu kap (y^2/2 - h^2/24)
 
-on top of the rigid motion, with axial strain eps and curvature kap: uniaxial stress along x, with contraction by
-Poisson's ratio nu. Its strain energy is (E b h t eps^2 + E b t h^3/12 kap^2)/2. Self weight does no work on the two.
-
-The remaining elasticity is lumped into the bed joints: across them with (1 - nu^2)/E, as the contraction is counted
-apart, and in shear with 1/G. Head joints have the stiffness of the mortar alone: the axial strain already holds the
-normal flexibility, and the shear flexibility of a block counts once, in its bed joints. Lumping all elasticity into the
-joints makes running bond 50 % too stiff along the wall, and up to 12 % (stack bond 37 %) too soft in shear.
-
-Along an interface, the block's side moves as a straight line: the mean of the field, and its slope at the middle, which
-is the best fit. It is exact between two elastic blocks of equal strain and curvature. For this, beds are cut into parts
-of half a block, and finer on bodies that do not bend.
-
-The two halves of a brick that may break share strain and curvature: each has the field from its own centroid, which
-differs from the field of the whole by a rigid motion.
+on top of the rigid motion, with axial strain eps and curvature kap: uniaxial stress along x. The remaining elasticity
+is lumped into the bed joints: (1 - nu^2)/E across them and 1/G in shear. Along an interface, the block's side moves as
+a straight line: the mean of the field, and its slope at the middle. For this, beds are cut into parts of half a block.
+The two halves of a brick that may break share strain and curvature: each has the field from its own centroid.
 """
 
 from __future__ import annotations

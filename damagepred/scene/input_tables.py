@@ -219,16 +219,14 @@ def _profile(path: Path, length: float, ends: Any, along: bool) -> tuple[dict[st
     return keys, measured
 
 
-def _at_ends(
-    x: FloatArray, value: FloatArray, length: float, tolerance: float, ends: str
-) -> tuple[FloatArray, FloatArray]:
+def _at_ends(x: FloatArray, value: FloatArray, length: float, near: float, ends: str) -> tuple[FloatArray, FloatArray]:
     """Profile from the left end of the wall to the right: cut, continued, or with rounded end positions."""
     edge = np.array([0.0, length])
     end_values = through_points(np.column_stack((x, value)).tolist(), np.clip(edge, x[0], x[-1]))
     if ends == "extend":
         slope = np.array([(value[1] - value[0]) / (x[1] - x[0]), (value[-1] - value[-2]) / (x[-1] - x[-2])])
         end_values += slope * (edge - np.clip(edge, x[0], x[-1]))
-    inside = (x > tolerance) & (x < length - tolerance)
+    inside = (x > near) & (x < length - near)
     return np.concatenate(([0.0], x[inside], [length])), np.concatenate((end_values[:1], value[inside], end_values[1:]))
 
 

@@ -19,23 +19,11 @@ MEASURES = (
     *("differential_settlement", "angular_distortion", "ground_tilt", "horizontal_strain", "curvature"),
     *("footing_curvature", "load_displacement", "time", "strain"),
 )
-"""Intensity measures:
+"""Intensity measures, and also any variable of the dataset on (sample, increment) that grows with the movement.
 
-- ``surface_movement``: y_s of a mound (m);
-- ``differential_movement``: y_m of a mound, the share of y_s that comes between edge and middle (m);
-- ``central_deflection``: of the footing (m); ``deflection_ratio``: that over the length between its ends;
-- ``settlement``: of the ground (m), by ``movement.settlement_is``; ``differential_settlement``: height of the highest
-  ground over the lowest (m); ``angular_distortion``: beta, largest slope relative to the line through the ends (1);
-  ``ground_tilt``: slope of this line (1); ``horizontal_strain``: of the ground along the wall (1);
-- ``curvature``: of the arc with that deflection, 8 D / L^2 (1/m). It is a mean over the wall: prescribed forms, jacks
-  and mounds of the same deflection have the same, and walls of other lengths can be compared;
-- ``footing_curvature``: the largest of the footing, where the archive has its sections (1/m). Where concrete cracks it
-  is that of a crack's surroundings, and far larger than the mean;
-- ``load_displacement``: of the loads of a laboratory test (m);
-- ``time``: of a movement in stages, in years; the worst category up to then counts;
-- ``strain``: of the bricks in a history, growth or shrinkage (1).
-
-Besides these, any variable of the dataset on (sample, increment) that grows with the movement.
+The archive lacks ``differential_movement``, y_m of a mound, the share of y_s between edge and middle (m); and two
+curvatures (1/m): ``curvature`` of the arc with the central deflection, 8 D / L^2, a mean over the wall; and
+``footing_curvature``, the largest of all sections, which is far larger where concrete cracks.
 """
 
 OF_SITE = "surface movement"  # words of the movement y_s by which sites are classed

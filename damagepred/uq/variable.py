@@ -236,10 +236,9 @@ class Distribution:
     def _of_scipy(self, where: str, unit: str, given: dict[str, float]) -> Any:
         if self.name is None:
             raise InputError(f"{where} name: is missing; give the name of a distribution of scipy.stats.")
-        parameters = {
-            key: _number(where, f"parameters.{key}", value, unit if key in ("loc", "scale") else "1")
-            for key, value in (self.parameters or {}).items()
-        }
+        units = {"loc": unit, "scale": unit}
+        stated = (self.parameters or {}).items()
+        parameters = {key: _number(where, f"parameters.{key}", value, units.get(key, "1")) for key, value in stated}
         return families.scipy_distribution(where, self.name, parameters, given)
 
 

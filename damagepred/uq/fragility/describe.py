@@ -88,10 +88,8 @@ def probability_at(curves: xr.Dataset, category: int, movement: float) -> tuple[
     """Probability of a category or worse at a movement from its lognormal curve, and its band (NaN if it has none)."""
     curve = curves.sel(category=category)
     value = float(lognormal_of(curves.sel(category=[category])).probability(np.array([movement]))[0, 0])
-    lower, upper = (
-        float(np.interp(movement, curve["intensity"].values, curve[f"probability_{end}"].values, right=np.nan))
-        for end in ("lower", "upper")
-    )
+    grid, ends = curve["intensity"].values, (curve[f"probability_{end}"].values for end in ("lower", "upper"))
+    lower, upper = (float(np.interp(movement, grid, end, right=np.nan)) for end in ends)
     return value, lower, upper
 
 
