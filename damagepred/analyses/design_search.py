@@ -299,13 +299,11 @@ def loss(ds: xr.Dataset, target: Target, unfollowed: float = 1.0) -> FloatArray:
 def damaged(ds: xr.Dataset, category: int, movement: str, unfollowed: float = 1.0) -> FloatArray:
     """Probability of each sample to reach a category, over the movements of the target; a bound where unknown."""
     measure = chosen_intensity(ds, None)
-    distribution = movement_distribution(movement, str(attributes(ds, measure)["units"]), "target.at")
-    capacities = category_capacities(ds, category, measure, wanted_movement(ds, distribution, measure))
-    least, most = (known_hits(capacities, distribution, unknown) for unknown in (0.0, 1.0))
+    wanted = movement_distribution(movement, str(attributes(ds, measure)["units"]), "target.at")
+    capacities = category_capacities(ds, category, measure, wanted_movement(ds, wanted, measure))
+    least, most = (known_hits(capacities, wanted, unknown) for unknown in (0.0, 1.0))
     if (most - least == 1.0).all():
-        raise InputError(
-            f"target.at = {distribution.name}: no wall has a result there; give the study a larger movement."
-        )
+        raise InputError(f"target.at = {wanted.name}: no wall has a result there; give the study a larger movement.")
     result = np.full(ds.sizes["sample"], unfollowed)
     result[capacities.sample] = most if unfollowed else least
     return result

@@ -436,10 +436,9 @@ class Assembly:
         return np.array([x, y, moment])
 
     def _check(self, block: int) -> int:
-        if not 0 <= block < len(self._polygons):
-            raise InputError(
-                f"block {block}: there is no such block; they are numbered 0 to {len(self._polygons) - 1}."
-            )
+        last = len(self._polygons) - 1
+        if not 0 <= block <= last:
+            raise InputError(f"block {block}: there is no such block; they are numbered 0 to {last}.")
         return int(block)
 
     # -- building -----------------------------------------------------------------------------------------------

@@ -66,9 +66,8 @@ class GivenExecutor:
         """Submit a batch to the executor."""
         future = self.executor.submit(run_batch, self.folder, list(batch))
         if not isinstance(future, Future):
-            raise InputError(
-                f"executor: its submit returns a {type(future).__name__}, not a future of concurrent.futures."
-            )
+            kind = type(future).__name__
+            raise InputError(f"executor: its submit returns a {kind}, not a future of concurrent.futures.")
         return future
 
     def close(self) -> None:

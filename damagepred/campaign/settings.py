@@ -227,15 +227,13 @@ class StudySettings:
         variables: dict[str, Variable] = {}
         for key, variable in self.variables.items():
             try:
-                key_of_scene = self.scene.place(key)
+                place = self.scene.place(key)
             except InputError as error:
                 reason = str(error).removeprefix(f"'{key}': ")
                 raise InputError(f'{source}: [variables."{key}"]: {reason}') from None
-            if key_of_scene in variables:
-                raise InputError(
-                    f'{source}: [variables."{key}"]: is the same number as "{key_of_scene}"; leave one out.'
-                )
-            variables[key_of_scene] = variable
+            if place in variables:
+                raise InputError(f'{source}: [variables."{key}"]: is the same number as "{place}"; leave one out.')
+            variables[place] = variable
         how = dataclasses.replace(
             self.study,
             importance={named(key): value for key, value in self.study.importance.items()},

@@ -83,11 +83,9 @@ def read_ags(path: Path) -> dict[str, Group]:
             group.rows.append((number, dict(zip(group.headings, cells))))
     if "GEOL" not in groups or not groups["GEOL"].rows:
         raise InputError(f"{path}: has no group GEOL with layers; it has {', '.join(groups) or 'no group'}.")
-    missing = [heading for heading in ("LOCA_ID", "GEOL_TOP", "GEOL_BASE") if heading not in groups["GEOL"].headings]
-    if missing:
-        raise InputError(
-            f"{path}: group GEOL has no heading {missing[0]}; it has {', '.join(groups['GEOL'].headings)}."
-        )
+    headings = groups["GEOL"].headings
+    if missing := [heading for heading in ("LOCA_ID", "GEOL_TOP", "GEOL_BASE") if heading not in headings]:
+        raise InputError(f"{path}: group GEOL has no heading {missing[0]}; it has {', '.join(headings)}.")
     return groups
 
 

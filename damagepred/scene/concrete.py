@@ -86,9 +86,8 @@ class ReinforcedConcrete:
     def _known_names(self) -> ReinforcedConcrete:
         grades = list(_tables()["grade"])
         if self.grade not in grades:
-            raise ValueError(
-                f"grade = '{self.grade}': must be one of {', '.join(grades)}.{nearest(self.grade.upper(), grades)}"
-            )
+            hint = nearest(self.grade.upper(), grades)
+            raise ValueError(f"grade = '{self.grade}': must be one of {', '.join(grades)}.{hint}")
         self.bottom_wires  # noqa: B018 - reading the names checks them
         self.top_wires  # noqa: B018
         if self.steel_modulus <= self.concrete_modulus:

@@ -260,9 +260,8 @@ class Movement:
                 require_positions(name, points, least)
         if self.settles:
             if abs(self._table_size) <= ZERO * np.abs(self.table).max():
-                raise ValueError(
-                    f"table: nothing moves by settlement_is = '{self.settlement_is or 'largest'}'; give other points"
-                )
+                measure = self.settlement_is or "largest"
+                raise ValueError(f"table: nothing moves by settlement_is = '{measure}'; give other points")
             return self
         position, value = np.array(self.table).T
         departure = np.abs(value - np.interp(position, [0.0, 1.0], value[[0, -1]])).max()

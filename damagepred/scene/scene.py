@@ -582,14 +582,12 @@ class Scene:
                 continue
             names, where = step_names(value), ".".join(name for name, _ in steps)
             if (number := entry_number(value, step)) < 0:
-                own_names = [name for name in names if not name.isdecimal()]
-                count = (f"numbers count from 1, here to {len(names)}" if names else "the scene has none") + (
-                    f"; names are {', '.join(own_names)}" if own_names else ""
-                )
+                words = [name for name in names if not name.isdecimal()]
+                count = f"numbers count from 1, here to {len(names)}" if names else "the scene has none"
+                count += f"; names are {', '.join(words)}" if words else ""
                 older = f" Older files counted from 0: {where}.0 is {where}.1." if step == "0" and names else ""
-                raise InputError(
-                    f"'{text}': the scene has no {where} '{step}'; {count}.{older}{nearest(step, own_names)}"
-                )
+                hint = nearest(step, words)
+                raise InputError(f"'{text}': the scene has no {where} '{step}'; {count}.{older}{hint}")
             value = value[number]
             steps.append((names[number], number))
         if not isinstance(value, float):

@@ -36,9 +36,8 @@ def require_settlement(movement: Movement) -> None:
     """Refuse keys that the shape does not read, and settlements without a size."""
     for key, shapes in READ_WITH.items():
         if getattr(movement, key) not in (None, ()) and movement.shape not in shapes:
-            raise ValueError(
-                f"{key}: only read with shape = {' or '.join(map(repr, shapes))}; here shape = '{movement.shape}'"
-            )
+            by = " or ".join(map(repr, shapes))
+            raise ValueError(f"{key}: only read with shape = {by}; here shape = '{movement.shape}'")
     if movement.settlement is not None and movement.shape not in (*SETTLEMENTS, "table"):
         raise ValueError(
             f"settlement: goes with shape = {', '.join(map(repr, SETTLEMENTS))} or 'table'; shape = '{movement.shape}' "

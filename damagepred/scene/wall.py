@@ -107,10 +107,8 @@ class Wall:
             raise ValueError(
                 f"top: its highest point is at {y.max():g} m, and height = {self.height:g} m; both must be the same"
             )
-        if y.min() < self.block_height:
-            raise ValueError(
-                f"top: its lowest point, {y.min():g} m, is below the first course ({self.block_height:g} m)"
-            )
+        if (low := y.min()) < self.block_height:
+            raise ValueError(f"top: its lowest point, {low:g} m, is below the first course ({self.block_height:g} m)")
         return self
 
     @model_validator(mode="after")

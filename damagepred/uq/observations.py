@@ -437,9 +437,8 @@ class Observations:
         """Refuse differences of levels whose loops do not close (least squares adjustment of the survey)."""
         ends = [level.ends for level in levels]
         if same := [k for k, (start, end) in enumerate(ends, 1) if start == end]:
-            raise InputError(
-                f"level {self.level.index(levels[same[0] - 1]) + 1}: both points are one; give two points."
-            )
+            number = self.level.index(levels[same[0] - 1]) + 1
+            raise InputError(f"level {number}: both points are one; give two points.")
         points = {point: k for k, point in enumerate(dict.fromkeys(itertools.chain(*ends)))}
         error = np.maximum([level.error for level in levels], 1e-6)
         rows = np.zeros((len(ends), len(points)))
