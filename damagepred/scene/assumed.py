@@ -87,8 +87,9 @@ def assumed_seasons(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
     if seasons is None:
         return []
     key, unit = ("swing_share", "y_s") if scene.soil_layer else ("swing", "mm")
+    swing = seasons.swing_share if scene.soil_layer else 1e3 * seasons.swing
     words = {
-        key: f"a mean swing of {seasons.swing_share if scene.soil_layer else 1e3 * seasons.swing:g} {unit}",
+        key: f"a mean swing of {swing:g} {unit}",
         "swing_cov": f"a coefficient of variation of the swing of {seasons.swing_cov:g}",
         "correlation": f"a correlation of {seasons.correlation:g} with the year before",
         "trend": "no trend",
