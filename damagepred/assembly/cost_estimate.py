@@ -59,10 +59,8 @@ class Limits:
 
         Parameters
         ----------
-        yes : bool
-            Whether to solve a wall whatever its estimated cost.
-        timeout : float, optional
-            Time limit of one wall (s).
+        yes, timeout
+            Whether to solve a wall whatever its estimated cost; time limit of one wall (s), if any.
         """
         default = NO_LIMITS if yes else cls()
         if timeout is None:
@@ -109,10 +107,8 @@ class WallCost:
 
         Parameters
         ----------
-        limits : Limits
-            Accepted cost.
-        fields : int
-            Number of fields by distance, each with a dense correlation matrix of all joints.
+        limits, fields
+            Accepted cost; number of fields by distance, each with a dense correlation matrix of all joints.
         """
         matrix = 8.0 * self.joints**2 * (3 * fields)
         if self.memory + matrix <= limits.memory and self.time <= limits.estimated_time:

@@ -234,10 +234,8 @@ class House(Scene):
 
         Parameters
         ----------
-        points : array (..., 2)
-            Points in plan (m).
-        factor : float
-            Load factor, below 0 on the side opposite to ``movement.kind``.
+        points, factor
+            Points in plan (..., 2) (m); load factor, below 0 on the side opposite to ``movement.kind``.
         """
         return self._moved(rise, points, factor)
 

@@ -271,10 +271,8 @@ class HeadJoint:
 
         Parameters
         ----------
-        name : str
-            Key.
-        value : Any
-            Value of the beds: a number or an array of numbers, a word, a bool or None.
+        name, value
+            Key, and its value of the beds: a number or an array of numbers, a word, a bool or None.
         """
         given = getattr(self, name)
         if given is not None or value is None or isinstance(value, bool | str):

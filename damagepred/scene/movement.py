@@ -238,10 +238,8 @@ class Movement:
 
         Parameters
         ----------
-        name : str
-            Key of the full movement, for the message.
-        full : float
-            Full movement (m).
+        name, full
+            Key and value (m) of the full movement.
         """
         if full != self.largest:
             raise ValueError(
@@ -484,10 +482,8 @@ class Movement:
 
         Parameters
         ----------
-        length : float
-            Length of the wall (m).
-        gauge : float
-            Length over which slopes and strains are measured (m), such as one brick.
+        length, gauge
+            Length of the wall, and length over which slopes and strains are measured, such as one brick (m).
         """
         x = np.linspace(0.0, length, POINTS)
         profiles = self.profile(x, length), self.horizontal_profile(x, length)

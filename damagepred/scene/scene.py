@@ -372,10 +372,8 @@ class Scene:
 
         Parameters
         ----------
-        x : array of float
-            Distance from the left end of the wall (m).
-        factor : float
-            Load factor, below 0 on the side opposite to ``movement.kind``.
+        x, factor
+            Distance from the left end of the wall (m); load factor, below 0 on the side opposite to ``movement.kind``.
         """
         movement, length = self.movement, self.wall.length
         if movement.shape != "mound":
@@ -453,12 +451,8 @@ class Scene:
 
         Parameters
         ----------
-        tables : mapping
-            Tables of the scene.
-        folder : Path
-            Folder of the files in the tables.
-        source : str
-            Name of the file, for messages.
+        tables, folder, source
+            Tables of the scene, folder of the files that they name, and name of their own file for messages.
         """
         in_metres, tables = profiles_in_metres(tables, folder), with_input_tables(tables, folder)
         scene = cls.from_dict(tables, source=source)
