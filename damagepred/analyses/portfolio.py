@@ -295,10 +295,7 @@ def portfolio_frame(street: xr.Dataset) -> Any:
 
 
 def write_portfolio(street: xr.Dataset, path: str | Path, crs: str | None = None) -> None:
-    """Write one row per house as CSV, or as GeoPackage (``.gpkg``, needs geopandas and coordinates).
-
-    Longitude and latitude are WGS 84; eastings and northings need ``crs``, such as "EPSG:28354".
-    """
+    """Write one row per house as CSV or GeoPackage (``.gpkg``); eastings and northings need ``crs`` ("EPSG:28354")."""
     frame, path = portfolio_frame(street), Path(path)
     if path.suffix != ".gpkg":
         frame.to_csv(path, index=False)

@@ -23,11 +23,7 @@ from damagepred.kernels.dynamics.strains import unit_displacements
 
 
 class ElasticBlocks(NamedTuple):
-    """Blocks with an axial strain and a curvature, d of them.
-
-    Their degrees of freedom, strain (1) and curvature (1/m) of each, follow the degrees of freedom of all blocks
-    and ground.
-    """
+    """Blocks with an axial strain (1) and a curvature (1/m), d of them: the last degrees of freedom, in pairs."""
 
     block: IntArray  # (d,): number of the block, or of the first of its two halves
     number: IntArray  # (n + 1,): index of each block in this list, -1 if it is rigid; the ground last

@@ -245,10 +245,7 @@ class LaboratoryTest(NamedTuple):
 
 
 class Jambs(NamedTuple):
-    """Ends of the two jambs of each opening, which measure its distortion; o openings.
-
-    Order: lower left, lower right, upper right, upper left.
-    """
+    """Ends of the jambs of o openings, which measure distortion: lower left and right, upper right and left."""
 
     block: IntArray  # (o, 4): blocks that hold the ends, -1 where the opening has no such jamb
     arm: FloatArray  # (o, 4, 2): position relative to the centroid of the block (m)

@@ -21,10 +21,7 @@ Fields = Mapping[int, Mapping[str, FloatArray]]
 def joint_properties(
     materials: Sequence[Joint], material: IntArray, joint: IntArray, fields: Fields
 ) -> tuple[JointProperties, int]:
-    """Law of each interface, and the number of joints whose tensile strength was cut.
-
-    Tension in a Mohr-Coulomb joint cannot exceed the apex of the cone: tensile_strength <= cohesion / friction.
-    """
+    """Law of each interface, and the number of joints whose tensile strength was cut to the apex, C / tan(phi)."""
     names = (*JointProperties._fields[:-3], "fracture_energy", "shear_fracture_energy", "strength_factor")
     table = np.array([[_value(m, name) for m in materials] for name in names])
     columns: dict[str, FloatArray] = dict(zip(names, np.take(table, material, axis=1)))
@@ -89,9 +86,8 @@ def lump_block_elasticity(
 ) -> JointProperties:
     """Joint stiffness with the elasticity of rigid blocks in series.
 
-    1/k = 1/k_n + h_a/E_a + h_b/E_b, and with G for the shear stiffness, where h is the distance from the interface
-    to a block's centroid. Only the first ``soft`` blocks count, by default all. Elastic blocks add nothing to their
-    head joints, see ``damagepred.assembly.elastic_blocks``.
+    1/k = 1/k_n + h_a/E_a + h_b/E_b (G for shear), h: distance from the interface to the centroid of a block, of the
+    first ``soft`` blocks. Elastic blocks add nothing to their head joints.
     """
     soft_n = 1.0 / properties.normal_stiffness
     soft_s = 1.0 / properties.shear_stiffness

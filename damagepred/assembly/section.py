@@ -101,10 +101,7 @@ class SecondMoments(NamedTuple):
 
 
 def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) -> Sections:
-    """Sections of a reinforced-concrete footing; interface (s,), and length of beam per section (m).
-
-    Raises InputError if there is no concrete, or a layer of wires is on the wrong side of mid-depth.
-    """
+    """Sections (s,) of a reinforced-concrete footing, by their interfaces and the length of beam of each (m)."""
     concrete = _concrete(footing)
     number = len(interface)
     width, depth = footing.width, footing.depth
@@ -206,10 +203,7 @@ def _wires(footing: Footing, concrete: ReinforcedConcrete) -> tuple[tuple[float,
 def _wire_strength(
     width: float, depth: float, ratio: float, bottom: float, low: float, top: float, high: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """N (m2) at M = 0 and M / depth (m2) at N = 0 per Pa in the top wires, and in the bottom wires.
-
-    Cracked, without tension in the concrete. Linear between the two, which is on the safe side.
-    """
+    """N (m2) at M = 0 and M / depth (m2) at N = 0 per Pa in the top and in the bottom wires of a cracked section."""
     half, both = depth / 2.0, low - high
 
     def bending(area: float, level: float, other: float, beyond: float) -> float:

@@ -50,9 +50,5 @@ def bell(away: FloatArray, reach: float) -> FloatArray:
 
 
 def gaussian(away: FloatArray, inflection: float) -> FloatArray:
-    """Trough across a tunnel: exp(-d^2 / (2 i^2)).
-
-    Peck (1969), Deep excavations and tunneling in soft ground; i = K z_0 with K of 0.4 to 0.5 in clay (O'Reilly and New
-    1982, Settlements above tunnels in the United Kingdom).
-    """
+    """Trough across a tunnel: exp(-d^2 / (2 i^2)) (Peck 1969); i = K z_0, K = 0.4 to 0.5 in clay (O'Reilly and New)."""
     return np.exp(-0.5 * (away / inflection) ** 2)

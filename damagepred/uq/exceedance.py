@@ -368,14 +368,10 @@ def _from_curve(
 def median_movement(
     ds: xr.Dataset, category: int, *, confidence: float = 0.9, intensity: str | None = None, seed: int = 0
 ) -> Estimate:
-    """Estimate the median movement at which a category is reached, from a lognormal curve.
+    """Median movement at which a category is reached, of the lognormal curve; beyond the walls a lower bound.
 
-    Failed walls count as far as they were followed, as in ``damagepred.fit_fragility``.
-
-    Its error is the error of the logarithm: a jackknife over the replicates of Sobol points where there are at least
-    four, otherwise by resampling walls. Where fewer than 100 walls determine it, error and interval come from the
-    posterior (``damagepred.uq.fragility.bands``). Where it lies beyond the largest movement to which a wall was
-    followed, the value is that movement, a lower bound, and the interval has no upper end.
+    The error is the error of the logarithm: a jackknife over replicates of Sobol points, otherwise of resampled walls
+    or, of few, of the posterior.
     """
     walls = category_capacities(ds, category, intensity)
     # walls damaged before any movement are no part of the curve of the others
