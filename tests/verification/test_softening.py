@@ -12,8 +12,9 @@ from scipy import optimize
 
 import damagepred
 from damagepred import Assembly
+from damagepred.assembly import wall_model
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import Joint, Solver
+from damagepred.scene import BlockMaterial, Joint, Loads, Movement, Scene, Solver, Wall
 from tests.verification.manual import ClosedForm, Verify
 
 pytestmark = pytest.mark.quick_cases("solver")
@@ -149,6 +150,29 @@ def test_a_block_is_tilted_off(verify: Verify, solver: Solver, contacts: int) ->
     )
     verify(TILT, case, solver.method, "moment (N m)", moment(ds, 0, B / 2), expected[:, 1], 1e-5)
     assert (ds["contact_state"].values[-1] == CRACKED).any()
+
+
+@pytest.mark.parametrize("kind", ["doming", "dishing"])
+def test_a_wall_dissipates_the_fracture_energy_of_its_joints(kind: str) -> None:
+    """Sum of A G_f (1 - b), b = (w_c - u)/(w_c - u_0) at the largest opening u of each contact along the path."""
+    energy, strength = 20.0, 0.1e6
+    scene = Scene(
+        wall=Wall(length=1.68, height=0.6, thickness=T),
+        joint=Joint(tensile_strength=strength, cohesion=1e6, fracture_energy=energy),
+        block=BlockMaterial(density=2000.0),
+        movement=Movement(kind=kind, shape="parabola", central_deflection=2e-3, increments=20),
+        loads=Loads(roof=20e3),
+        solver=Solver(blocks="elastic"),
+    )
+    ds = damagepred.solve(scene)
+    model = wall_model(scene)
+    start = np.repeat(strength / model.properties.normal_stiffness, model.interfaces.contact_area.shape[1])
+    end, opening = 2 * energy / strength, ds["contact_opening"].values.max(axis=0)
+    worn = np.clip((opening - start) / (end - start), 0.0, 1.0)
+    expected = float((energy * model.interfaces.contact_area.ravel() * worn).sum())
+    assert (worn == 1.0).sum() > 10
+    assert ((worn > 0.0) & (worn < 1.0)).sum() > 3
+    assert float(ds["fracture_work"][-1]) == pytest.approx(expected, rel=0.01)
 
 
 def tilted(turn: float, x: np.ndarray, area: float) -> tuple[float, float]:
