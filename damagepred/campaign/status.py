@@ -21,7 +21,7 @@ from damagepred.uq.movement_distribution import SITE
 
 READ = (
     *("damage_category", "crack_width_max", "surface_movement", "settlement", "central_deflection"),
-    *("load_displacement", "time", "run_time", "limit_deflection", "environment", *STUDIED),
+    *("load_displacement", "damaged_walls", "time", "run_time", "limit_deflection", "environment", *STUDIED),
 )
 """Results that the status reads."""
 
@@ -58,6 +58,7 @@ class StudyStatus:
     failures: list[tuple[int, str, str]]  # sample, reason and message of the first failed walls
     categories: list[CategoryShare]  # shares of the categories in their order; empty where unknown
     cautions: list[str]  # cautions on the solution of the walls
+    houses: bool = False  # whether each sample is a house
 
 
 def study_status(path: str | Path) -> StudyStatus:
@@ -87,6 +88,7 @@ def study_status(path: str | Path) -> StudyStatus:
         failures=[(sample, str(record["reason"]), str(record["message"])) for sample, record in records],
         categories=_category_shares(ds),
         cautions=[*study_cautions(ds), *mixture(ds)],
+        houses="damaged_walls" in ds,
     )
 
 

@@ -29,19 +29,20 @@ def estimate(
     from damagepred.archive.folder import open_study
     from damagepred.campaign.settings import StudySettings
     from damagepred.cli.sentences import estimate_lines
+    from damagepred.results.house import is_house
     from damagepred.uq.capacity import category_number
     from damagepred.uq.movement_distribution import movement_distribution
 
     movement = movement_distribution(at, option="--at")
     others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
-    category = category_number(open_study(folder), category)
+    ds = open_study(folder)
+    category, houses = category_number(ds, category), is_house(ds)
     estimates = alternatives(folder, category, movement, others=others, confidence=confidence, wall=wall)
     points = () if movement.own else movement.points  # shares of each wall's own movement
     values = [{**one._asdict(), "name": one.name or None} for one in estimates]
     asked = {"category": category, "at": movement.name, "movement": points[0] if len(points) == 1 else points}
-    terminal.answer(
-        {**asked, "alternatives": values}, lambda _: terminal.lines(estimate_lines(estimates, category, movement))
-    )
+    answer = {**asked, "alternatives": values}
+    terminal.answer(answer, lambda _: terminal.lines(estimate_lines(estimates, category, movement, houses)))
 
 
 @opt.app.command()

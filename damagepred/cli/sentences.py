@@ -23,11 +23,12 @@ if TYPE_CHECKING:
 
 def cost_lines(cost: CostEstimate, full: bool = False) -> list[str]:
     """Wall, movement, variables and cost of a run; ``full``: also sizes, solver and errors of the presets."""
-    one = f"one wall: {duration(cost.wall_seconds)} ({cost.status}{_spread(cost.timed)})"
-    sampled, walls = "one wall, all numbers as given", one
+    noun = _noun(cost.wall.startswith("house of"))
+    one = f"one {noun}: {duration(cost.wall_seconds)} ({cost.status}{_spread(cost.timed, noun)})"
+    sampled, walls = f"one {noun}, all numbers as given", one
     if cost.variables:
         total = cost.samples * cost.wall_seconds
-        sampled = f"{cost.samples} walls with {cost.variables} uncertain numbers: {', '.join(cost.sampled)}"
+        sampled = f"{cost.samples} {noun}s with {cost.variables} uncertain numbers: {', '.join(cost.sampled)}"
         walls = f"about {duration(total)} with -j 1, {duration(total / 2)} with -j 2; {one}"
     said = [f"{cost.title}: valid; {cost.wall}", *(f"  {line}" for line in (cost.moving, sampled, walls))]
     if full:
@@ -48,11 +49,16 @@ def cost_lines(cost: CostEstimate, full: bool = False) -> list[str]:
     return [*said, *(f"  caution: {caution}" for caution in cost.cautions), *(cost.accuracy if full else ())]
 
 
-def _spread(times: tuple[float, ...]) -> str:
-    """Least and most of the times of several walls (s)."""
+def _noun(houses: bool) -> str:
+    """Noun for the samples of a study."""
+    return "house" if houses else "wall"
+
+
+def _spread(times: tuple[float, ...], noun: str) -> str:
+    """Least and most of several times (s)."""
     if len(times) < 2:
         return ""
-    return f"; on average of {len(times)} walls, {duration(min(times))} to {duration(max(times))}"
+    return f"; on average of {len(times)} {noun}s, {duration(min(times))} to {duration(max(times))}"
 
 
 def ending_lines(ending: Ending, rule: StopWhen | None) -> list[str]:
@@ -75,35 +81,37 @@ def ending_lines(ending: Ending, rule: StopWhen | None) -> list[str]:
     return [*said, *filter(None, [reasons[ending.reason]])]
 
 
-def estimate_lines(alternatives: list[Alternative], category: int, at: float | MovementDistribution) -> list[str]:
+def estimate_lines(
+    alternatives: list[Alternative], category: int, at: float | MovementDistribution, houses: bool = False
+) -> list[str]:
     """Probability with its errors, and the range that the inputs leave open."""
     from damagepred.report.answers import estimate_answer
     from damagepred.uq.movement_distribution import as_distribution
 
-    first, said = alternatives[0].found, []
-    e = first.estimate
+    first, noun = alternatives[0].found, _noun(houses)
+    e, said = first.estimate, []
     movement = as_distribution(at)
     question = f"P(category >= {category} at {f'{1e3 * at:g} mm' if isinstance(at, float) else movement.words})"
     if np.isnan(e.value):
         return [
-            f"{question} is unknown, between {e.lower:.4g} and {e.upper:.4g} ({e.confidence:.0%}): no wall without "
-            f"this category has a result there; walls, all: {e.samples + first.failed}, failed: {first.failed}, "
+            f"{question} is unknown, between {e.lower:.4g} and {e.upper:.4g} ({e.confidence:.0%}): no {noun} without "
+            f"this category has a result there; {noun}s, all: {e.samples + first.failed}, failed: {first.failed}, "
             f"without result there: {first.not_followed}"
         ]
     said.append(
         f"{question} = {e.value:.4g}, Monte Carlo error {e.error:.2g}: {e.lower:.4g} to {e.upper:.4g} "
-        f"({e.confidence:.0%}), {e.samples} walls"
+        f"({e.confidence:.0%}), {e.samples} {noun}s"
     )
     if movement.assumption:
         said.append(movement.assumption)
     if first.failed:
         said.append(
-            f"{first.failed} failed walls: {first.failed_undamaged:.4g} if none had reached it, "
+            f"{first.failed} failed {noun}s: {first.failed_undamaged:.4g} if none had reached it, "
             f"{first.failed_damaged:.4g} if all had"
         )
     if first.not_followed:
         said.append(
-            f"{first.not_followed} walls were not followed that far; they count as those followed further, which is "
+            f"{first.not_followed} {noun}s were not followed that far; they count as those followed further, which is "
             "right if their movement does not end there because they are weak or strong"
         )
     for other in alternatives[1:]:
@@ -111,7 +119,7 @@ def estimate_lines(alternatives: list[Alternative], category: int, at: float | M
         few = ", too few: run it as a study" if other.effective_samples < 0.2 * o.samples else ""
         said.append(
             f"  {other.name}: {o.value:.4g}, {o.lower:.4g} to {o.upper:.4g} "
-            f"({other.effective_samples:.0f} effective walls{few})"
+            f"({other.effective_samples:.0f} effective {noun}s{few})"
         )
     if len(alternatives) > 1:
         values = [a.found.estimate.value for a in alternatives]
@@ -189,19 +197,19 @@ def comparison_lines(comparison: xr.Dataset, category: int, movement: float) -> 
 
 
 def status_lines(status: StudyStatus) -> list[str]:
-    """Walls done, failed and remaining, times, limits, cautions and failures of a study."""
-    s = status
-    said = [f"{s.title}: {s.done} of {s.total} walls done, {s.failed} failed, {s.remaining} remaining"]
+    """Walls or houses done, failed and remaining, times, limits, cautions and failures of a study."""
+    s, noun = status, _noun(status.houses)
+    said = [f"{s.title}: {s.done} of {s.total} {noun}s done, {s.failed} failed, {s.remaining} remaining"]
     if np.isfinite(s.wall_seconds):
         rest = f", about {duration(s.wall_seconds * s.remaining)} of work left" if s.remaining else ""
-        said.append(f"{duration(s.wall_seconds)} per wall{rest}")
+        said.append(f"{duration(s.wall_seconds)} per {noun}{rest}")
     if np.isfinite(s.effective_walls):
-        said.append(f"importance sampling: {s.effective_walls:.0f} effective walls; shares are weighted")
+        said.append(f"importance sampling: {s.effective_walls:.0f} effective {noun}s; shares are weighted")
     if s.limits:
         low, high = 1e3 * min(s.limits), 1e3 * max(s.limits)
         said.append(
-            f"{len(s.limits)} walls ended before the full movement, at {low:.3g} to {high:.3g} mm, where the jacks or "
-            "supports carry no load any more; fits treat categories not reached there as censored"
+            f"{len(s.limits)} {noun}s ended before the full movement, at {low:.3g} to {high:.3g} mm, where the jacks "
+            "or supports carry no load any more; fits treat categories not reached there as censored"
         )
     said += [f"caution: {caution}" for caution in s.cautions]
     return [*said, *(f"failed sample {sample}: {reason}: {message}" for sample, reason, message in s.failures)]

@@ -31,9 +31,10 @@ if TYPE_CHECKING:
 def status(report: StudyStatus) -> None:
     """Print the status of a study, and the shares of its categories."""
     terminal.lines(status_lines(report))
-    title = "Share of walls by category reached by the end of the movement"
+    noun = "houses" if report.houses else "walls"
+    title = f"Share of {noun} by category reached by the end of the movement"
     terminal.table(
-        title, ["category", "walls", "share", "or worse", "90 % interval", "failed counted"], share_rows(report)
+        title, ["category", noun, "share", "or worse", "90 % interval", "failed counted"], share_rows(report)
     )
 
 

@@ -21,7 +21,7 @@ from damagepred.report.parts import Drawing, Listing, Page, Part, Section, drawi
 from damagepred.report.quality import wall_quality
 from damagepred.report.summary import wall_summary
 from damagepred.results.house import is_house
-from damagepred.results.rejudge import footing_gap_note, measure_in_words, shown_gaps
+from damagepred.results.rejudge import footing_gap_note, has_dpc, measure_in_words, shown_gaps
 from damagepred.results.tables import Table, path_columns
 from damagepred.scene import Scene
 from damagepred.scene.reading import plain
@@ -161,11 +161,11 @@ def _history(ds: xr.Dataset) -> Drawing:
     """Widest crack and gaps against the movement."""
     from damagepred.plotting import draw_history
 
+    course = " and opening of the damp-proof course" * has_dpc(ds)
     return drawing(
         "history",
-        "Widest crack and opening of the damp-proof course as the ground moves.",
-        "Widest crack and widest opening of the damp-proof course against the movement, over the bands of the "
-        "damage categories",
+        f"Widest crack{course} as the ground moves.",
+        f"Widest crack{course} against the movement, over the bands of the damage categories",
         draw_history(ds),
         along="movement",
     )

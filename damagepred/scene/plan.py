@@ -21,6 +21,9 @@ PLAN_TOLERANCE = 1e-3  # distance (m) within which walls meet: coordinates of a 
 NARROWEST_PASSAGE = 0.5
 """Distance (m) of a free end from another wall below which it is a mistake in the plan: nobody walks through."""
 
+NARROWEST_ANGLE = 15.0
+"""Angle (degrees) between walls that meet: below it their thicknesses overlap over four times as much or more."""
+
 
 def _check_name(name: str) -> str:
     if not name.isidentifier():
@@ -73,7 +76,9 @@ class PlanWall(Wall):
         if "length" in values and abs(to_si(values["length"], "m") - length) > PLAN_TOLERANCE:
             raise ValueError(f"length: follows from start and end ({length:g} m); leave it out")
         if length < PLAN_TOLERANCE:
-            raise ValueError(f"end: start and end of wall '{values.get('name')}' are the same point; move one")
+            raise ValueError(
+                f"end: start and end of wall '{values.get('name')}' are {1e3 * length:.3g} mm apart; move one"
+            )
         values = {**values, "length": length}
         return ArgsKwargs(given.args, values) if isinstance(given, ArgsKwargs) else values
 
@@ -163,7 +168,9 @@ def junctions(walls: Sequence[PlanWall]) -> tuple[Junction, ...]:
             _refuse_gap(a, b, list(meet.values()))
     for i, j, *places in meet:
         for wall, other, x in zip((walls[i], walls[j]), (walls[j], walls[i]), places):
-            _refuse_in_opening(wall, other.name, float(x))
+            _refuse_in_opening(wall, other, float(x))
+            _refuse_stub(wall, other, float(x))
+        _refuse_narrow_angle(walls[i], walls[j], places)
     _refuse_loose(walls, {key[:2] for key in meet})
     found = []
     for (i, j, x_i, x_j), point in meet.items():
@@ -216,14 +223,38 @@ def _refuse_crossing(a: PlanWall, b: PlanWall) -> None:
         )
 
 
-def _refuse_in_opening(wall: PlanWall, other: str, x: float) -> None:
-    """Refuse an opening where another wall meets a wall."""
+def _refuse_in_opening(wall: PlanWall, other: PlanWall, x: float) -> None:
+    """Refuse an opening that another wall would close in part: nearer to its axis than half its thickness."""
+    half = 0.5 * other.thickness
     for number, hole in enumerate(wall.opening, 1):
-        if hole.x + PLAN_TOLERANCE < x < hole.right - PLAN_TOLERANCE:
+        if hole.x - half + PLAN_TOLERANCE < x < hole.right + half - PLAN_TOLERANCE:
             raise ValueError(
-                f"wall: '{other}' meets '{wall.name}' {x:.4g} m along it, in its opening {number} from {hole.x:.4g} to "
-                f"{hole.right:.4g} m; move one of them"
+                f"wall: '{other.name}' meets '{wall.name}' {x:.4g} m along it, at its opening {number} from "
+                f"{hole.x:.4g} to {hole.right:.4g} m; leave {1e3 * half:.4g} mm or more, half the thickness of "
+                f"'{other.name}', between its axis and the opening"
             )
+
+
+def _refuse_stub(wall: PlanWall, other: PlanWall, x: float) -> None:
+    """Refuse an end that stands out beyond another wall by less than its own thickness."""
+    end, beyond = ("start", x) if x < 0.5 * wall.length else ("end", wall.length - x)
+    if 0.0 < beyond < wall.thickness:
+        raise ValueError(
+            f"wall: the {end} of '{wall.name}' stands out {1e3 * beyond:.4g} mm beyond the axis of '{other.name}'; "
+            f"let it end at {_at(wall.points(np.array(x)))}"
+        )
+
+
+def _refuse_narrow_angle(a: PlanWall, b: PlanWall, places: Sequence[float]) -> None:
+    """Refuse walls that go side by side from the place where they meet."""
+    away = [1.0 if x <= PLAN_TOLERANCE else -1.0 for x in places]
+    inside = any(0.0 < x < wall.length for wall, x in zip((a, b), places))
+    sine, cosine = abs(_across(a.direction, b.direction)), away[0] * away[1] * float(a.direction @ b.direction)
+    if (inside or cosine > 0.0) and sine < np.sin(np.radians(NARROWEST_ANGLE)):
+        raise ValueError(
+            f"wall: '{a.name}' and '{b.name}' meet at {np.degrees(np.arcsin(sine)):.3g} degrees and lie on each other "
+            f"there; the least is {NARROWEST_ANGLE:g} degrees"
+        )
 
 
 def _refuse_gap(a: PlanWall, b: PlanWall, corners: Sequence[FloatArray]) -> None:

@@ -12,6 +12,7 @@ from damagepred.campaign.replay import BIT_FOR_BIT, replay
 from damagepred.campaign.sample import joint_places, solve_sample
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.status import study_status
+from damagepred.cli.sentences import status_lines
 from damagepred.errors import InputError
 from damagepred.one_wall.solve import solve
 from damagepred.plotting import save_study_pictures
@@ -190,7 +191,8 @@ def test_wrong_variables_of_a_house_are_refused(old, new, words, tmp_path):
 
 def test_status_of_a_house_counts_houses(folder):
     status = study_status(folder)
-    assert status.done == 3
+    assert (status.done, status.houses) == (3, True)
+    assert status_lines(status)[0].endswith(": 3 of 3 houses done, 0 failed, 0 remaining")
     assert sum(share.walls for share in status.categories) == 3
 
 

@@ -49,8 +49,11 @@ def test_corners_and_tees_follow_from_the_plan():
         (([9, 0], [9, 3]), "'b' stands 3 m off 'front'"),
         (([3, 0.3], [3, 3]), r"the start of 'b' at \(3, 0.3\) m leaves a gap of 300 mm .*let it end at \(3, 0\) m"),
         (([2, 0], [9, 0]), "'front' and 'b' lie on each other over 4 m"),
+        (([0, -0.04], [0, 2]), r"the start of 'b' stands out 40 mm beyond the axis of 'front'; .*\(0, 0\) m"),
+        (([0, 0], [6, 0.3]), "'front' and 'b' meet at 2.86 degrees"),
+        (([3, 0], [6, 0.3]), "'front' and 'b' meet at 5.71 degrees"),
         (([6, 0], [0, 0]), "'front' and 'b' lie on each other over 6 m"),
-        (([6, 0], [6, 0]), "start and end of wall 'b' are the same point"),
+        (([6, 0], [6, 0]), "start and end of wall 'b' are 0 mm apart"),
     ],
 )
 def test_a_wrong_plan_is_refused_with_a_number(second, words):
@@ -79,7 +82,17 @@ def test_a_wrong_plan_is_refused_with_a_number(second, words):
         (
             [{**ELL[0], "opening": [{"x": 1, "y": 1, "width": 1.5, "height": 1}]}, wall("tee", [2, 0], [2, 3])],
             TREE,
-            "'tee' meets 'front' 2 m along it, in its opening 1 from 1 to 2.5 m; move one",
+            "'tee' meets 'front' 2 m along it, at its opening 1 from 1 to 2.5 m; leave 55 mm",
+        ),
+        (
+            [{**ELL[0], "opening": [{"x": 2.05, "y": 1, "width": 1.5, "height": 1}]}, wall("tee", [2, 0], [2, 3])],
+            TREE,
+            "'tee' meets 'front' 2 m along it, at its opening 1 from 2.05 to 3.55 m; leave 55 mm",
+        ),
+        (
+            [{**ELL[0], "opening": [{"x": 4.5, "y": 1, "width": 1.5, "height": 1}]}, ELL[1]],
+            TREE,
+            "meets 'front' 6 m along it, at its opening 1 from 4.5 to 6 m; leave 55 mm",
         ),
         (ELL, {"mound": {"shape": "walsh"}}, r"at x = 0 m walls cover 0 of 4 m"),
         (ELL, {"mound": {"shape": "tree"}, "movement": {"kind": "settle"}}, "point: is missing"),
