@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from multiprocessing import get_context
 from pathlib import Path
@@ -163,16 +164,14 @@ class ReplayStore:
     def fill(self, samples: Sequence[int], workers: int, on_replay: Callable[[int, int], None] | None) -> None:
         """Replay missing samples; an interrupted call keeps its replays."""
         missing = [sample for sample in samples if not self._file(sample).exists()]
-        if workers > 1 and len(missing) > workers:
-            with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-                for number, _ in enumerate(pool.map(self._store, missing), 1):
-                    if on_replay is not None:
-                        on_replay(number, len(missing))
-            return
-        for number, sample in enumerate(missing, 1):
-            self._store(sample)
-            if on_replay is not None:
-                on_replay(number, len(missing))
+        with ExitStack() as stack:
+            stored: Iterable[None] = map(self._store, missing)
+            if workers > 1 and len(missing) > workers:
+                pool = stack.enter_context(ProcessPoolExecutor(workers, mp_context=get_context("spawn")))
+                stored = pool.map(self._store, missing)
+            for number, _ in enumerate(stored, 1):
+                if on_replay is not None:
+                    on_replay(number, len(missing))
 
     def _store(self, sample: int) -> None:
         self.read(sample)

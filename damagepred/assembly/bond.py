@@ -48,7 +48,7 @@ def gauge(scene: Scene) -> Grid:
     (along, half), (up, course) = _marks(scene)
     y = _lines(_breakpoints(up, course), course)
     if scene.wall.fit == "cut":
-        return Grid(*_cut_lines(_breakpoints(along, half), scene.wall, y))
+        return _cut_grid(_breakpoints(along, half), scene.wall, y)
     x = _lines(_breakpoints(along, half), half)
     period, *courses = BONDS[scene.wall.bond]
     step = 2 if any(place % 2 for places in courses for place in places) else 1
@@ -58,9 +58,7 @@ def gauge(scene: Scene) -> Grid:
     return Grid(x, y, (even, odd), step)
 
 
-def _cut_lines(
-    points: list[float], wall: Wall, y: list[float]
-) -> tuple[list[float], list[float], tuple[frozenset[int], frozenset[int]]]:
+def _cut_grid(points: list[float], wall: Wall, y: list[float]) -> Grid:
     """Lines of a wall of cut bricks: breakpoints, and perpends that are not too near to them."""
     brick, near = wall.block_length, wall.shortest_cut or wall.block_length / 4
     period, *places = BONDS[wall.bond]
@@ -73,7 +71,7 @@ def _cut_lines(
         courses.append(perpends[(away >= near * (1 - 1e-9)) & (perpends < wall.length)])
     x = np.unique(np.concatenate((points, *courses)))
     even, odd = (frozenset(np.searchsorted(x, perpends).tolist()) for perpends in courses[:2])
-    return x.tolist(), y, (even, odd)
+    return Grid(x.tolist(), y, (even, odd))
 
 
 def courses_and_halves(scene: Scene) -> tuple[int, int, float]:
@@ -108,7 +106,7 @@ def _breakpoints(marks: list[float], spacing: float) -> list[float]:
     points = points[keep]
     if len(points) > 2 and points[-1] - points[-2] <= EDGE_TOLERANCE * spacing:
         points = np.delete(points, -2)
-    return [float(v) for v in points]
+    return points.tolist()
 
 
 def _count(low: float, high: float, spacing: float) -> int:

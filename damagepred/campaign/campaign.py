@@ -291,32 +291,28 @@ class Campaign:
                 values[sample] = inputs
                 yield sample, inputs
 
-        finished = False
         stop.at_first, stop.at_once = folder.ask_to_stop, engine.terminate
-        try:
-            warm_up(self.settings.scene)  # while local workers load the program
-            for result in run_all(engine, where, Batches(noted(), count, timeout), lambda: stop.count):
-                message = ""
-                if isinstance(result, LostSample):
-                    folder.record_failure(result.sample, result.reason, result.message, values[result.sample])
-                    message = f"sample {result.sample}: {result.reason}: {result.message}"
-                else:
-                    times.append(result.seconds)
-                    if result.status == SampleStatus.FAILED:
-                        message = f"sample {result.sample}: {result.message}"
-                values.pop(result.sample, None)
-                done = state.done + 1
-                rounds = (state.total - done) / max(1, min(engine.width, state.total - done))
-                left = float(np.mean(times)) * rounds if times else np.nan
-                state = Progress(state.total, done, state.failed + bool(message), message, left)
-                if on_progress:
-                    on_progress(state)
-            finished = True
-        finally:
-            if finished and stop.count < 2:
-                engine.close()
+        warm_up(self.settings.scene)  # while local workers load the program
+        for result in run_all(engine, where, Batches(noted(), count, timeout), lambda: stop.count):
+            message = ""
+            if isinstance(result, LostSample):
+                folder.record_failure(result.sample, result.reason, result.message, values[result.sample])
+                message = f"sample {result.sample}: {result.reason}: {result.message}"
             else:
-                engine.kill()
+                times.append(result.seconds)
+                if result.status == SampleStatus.FAILED:
+                    message = f"sample {result.sample}: {result.message}"
+            values.pop(result.sample, None)
+            done = state.done + 1
+            rounds = (state.total - done) / max(1, min(engine.width, state.total - done))
+            left = float(np.mean(times)) * rounds if times else np.nan
+            state = Progress(state.total, done, state.failed + bool(message), message, left)
+            if on_progress:
+                on_progress(state)
+        if stop.count < 2:
+            engine.close()
+        else:
+            engine.kill()
         return state
 
     def _resuming(self, folder: StudyFolder) -> Campaign:

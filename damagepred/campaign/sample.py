@@ -36,10 +36,7 @@ from damagepred.scene import House, Scene
 from damagepred.uq.design import Design
 from damagepred.uq.fields import JointPlaces, course_sequences
 
-OF_SOME = {
-    "time": {"units": "year"},
-    "surface_movement": schema.GROWING_GROUND,
-}  # attributes of columns that some walls have
+OF_SOME = {"time": {"units": "year"}, "surface_movement": schema.GROWING_GROUND}  # attributes of some walls' columns
 NOT_STARTED = -1  # status of a sample that was not started because the study is to stop
 
 
@@ -53,10 +50,8 @@ class Outcome:
     message: str = ""
 
 
+# consecutive samples of one task, each with its values for the whole wall
 Batch = Sequence[tuple[int, Mapping[str, float]]]
-"""Consecutive samples of one task, each with its values for the whole wall."""
-
-
 SampledWall = tuple[Scene, dict[str, FloatArray]]  # scene of a sample, and its values that vary from joint to joint
 
 

@@ -39,8 +39,7 @@ def with_input_tables(tables: Any, folder: Path) -> Any:
         tables = with_levels(tables, folder)
     merged = {key: dict(content) if isinstance(content, Mapping) else content for key, content in tables.items()}
     if isinstance(layers := merged.get("soil_layer"), list):
-        filed = [isinstance(layer, Mapping) and "file" in layer for layer in layers]
-        read = [soil_layers(each, folder) if from_file else [each] for each, from_file in zip(layers, filed)]
+        read = [soil_layers(x, folder) if isinstance(x, Mapping) and "file" in x else [x] for x in layers]
         merged["soil_layer"] = list(itertools.chain(*read))
     movement, mound, dynamics = (merged.get(key, {}) for key in ("movement", "mound", "dynamics"))
     if isinstance(movement, dict) and isinstance(mound, dict):

@@ -471,12 +471,11 @@ class Observations:
             for name in ("monitor", *(table for table in TABLES if table != "level"), "level"):
                 entries = tables.get(name)
                 if isinstance(entries, list):
-                    filed = [isinstance(entry, dict) and "file" in entry for entry in entries]
-                    read = [
-                        read_survey(_KINDS[name], name, entry, path.parent, dated) if from_file else [entry]
-                        for entry, from_file in zip(entries, filed)
-                    ]
-                    tables[name] = items = list(itertools.chain(*read))
+                    items: list[Any] = []
+                    for entry in entries:
+                        filed = isinstance(entry, dict) and "file" in entry
+                        items += read_survey(_KINDS[name], name, entry, path.parent, dated) if filed else [entry]
+                    tables[name] = items
                     dated |= any(i.get("date") if isinstance(i, dict) else getattr(i, "date", None) for i in items)
             if until and isinstance(tables.setdefault("history", {}), dict):
                 tables["history"]["until"] = list(until)
