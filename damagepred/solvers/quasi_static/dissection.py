@@ -23,10 +23,7 @@ class Dissection:
     shares: tuple[float, ...] = (0.5,)  # of the weight of a part, before a cut
 
     def divide(self, nodes: IntArray, largest: Callable[[IntArray], float]) -> Iterator[tuple[IntArray, bool]]:
-        """Separators of the listed nodes (True), each before the parts that it leaves (False).
-
-        Separators of a part are lighter than ``largest`` of its nodes.
-        """
+        """Separators of nodes (True), lighter than ``largest`` of their part, and the parts that they leave (False)."""
         within = np.zeros(int(self.block.max(initial=0)) + 1, dtype=np.bool_)
         left, separates = within.copy(), np.zeros(len(self.block) + 1, dtype=np.bool_)  # the last for -1
         parts = [(nodes, np.arange(self.blocks.shape[1]))]
@@ -53,10 +50,7 @@ class Dissection:
     def _cut(
         self, nodes: IntArray, listed: IntArray, left: BoolArray, separates: BoolArray, least: float
     ) -> IntArray | None:
-        """Lightest separator of a part that is below ``least``, or None: nodes on one side of a cut at a quantile.
-
-        ``listed`` are the interfaces inside the part. ``left`` becomes the half of each block; ``separates`` is room.
-        """
+        """Lightest separator of a part below ``least``, or None; ``left`` becomes the half of each block."""
         own, weight, best = self.block[nodes], self.weight[nodes], None
         ends = self.blocks[:, listed]
         for values, share in product(self.place[:, nodes], self.shares):

@@ -289,10 +289,7 @@ def _last_course(model: Model, level: IntArray) -> int:
 
 
 def block_levels(system: DiscreteSystem) -> IntArray:
-    """Return the level of each block and of the ground (n + 1,): its distance from ground and supports, in joints.
-
-    Blocks without a connection to them are in the farthest level.
-    """
+    """Levels of blocks and ground (n + 1,): joints up to ground or supports; loose blocks have the largest."""
     model, n = system.model, system.model.n_blocks
     a, b = model.interfaces.block_a, model.interfaces.block_b
     holds = ~model.guides  # distance from fully supported blocks
