@@ -10,15 +10,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred import compare_scales
+from damagepred import compare_scales, exceedance, fit_fragility, fit_surface
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.campaign.settings import read_frozen
 from damagepred.cli import tables
 from damagepred.plotting import draw_category_shares
 from damagepred.report.caveats import study_caveats
 from damagepred.results.rejudge import shares
-from damagepred.uq.exceedance import exceedance
-from damagepred.uq.fragility import fit_fragility, fit_surface
 from tests.synthetic_studies import synthetic_study
 
 WALLS = 24

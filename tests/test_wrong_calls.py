@@ -12,12 +12,11 @@ import pytest
 import xarray as xr
 
 import damagepred
-from damagepred import damage, exports, plotting, report, scene, study
+from damagepred import Joint, Scene, damage, exports, plotting, report, scene, study
 from damagepred.assembly import Assembly, footing_alone, wall_cost, wall_geometry, wall_model
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import LONGEST_MESSAGE, DamagepredError, InputError
 from damagepred.results import simple_assessment
-from damagepred.scene import Joint, Scene
 from damagepred.uq import fragility
 from tests.synthetic_studies import synthetic_study
 

@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 from scipy import special, stats
 
-from damagepred import InputError, infer
+from damagepred import InputError, Scene, Study, infer
 from damagepred.analyses.back_analysis import prices
 from damagepred.analyses.inference_options import InferenceOptions
 from damagepred.analyses.posterior_tables import measures, posterior_tables
@@ -21,9 +21,7 @@ from damagepred.analyses.stored_walls import StoredWalls, require_on
 from damagepred.campaign.settings import StudySettings
 from damagepred.plotting import draw_back_analysis
 from damagepred.report.back_analysis import posterior_cautions
-from damagepred.scene import Scene
 from damagepred.scene.reading import build
-from damagepred.study import Study
 from damagepred.uq.discrepancy import Discrepancy
 from damagepred.uq.history import PRESENT
 from damagepred.uq.observations import (

@@ -5,15 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damagepred import Study, open_study
-from damagepred.analyses.back_analysis import infer
+from damagepred import InputError, Study, infer, open_study
 from damagepred.analyses.design_search import _read
 from damagepred.analyses.limit_state import Question, margin, study_for_limit_state
 from damagepred.analyses.portfolio import read_houses
 from damagepred.analyses.stored_walls import StoredWalls, require_on
 from damagepred.campaign.sample import sample_of
 from damagepred.campaign.settings import StudySettings, merged, read_frozen
-from damagepred.errors import InputError
 from damagepred.results.house import wall_dataset
 from damagepred.uq.observations import (
     CrackObservation,

@@ -5,8 +5,7 @@ from operator import attrgetter
 import numpy as np
 import pytest
 
-from damagepred import Assembly
-from damagepred.assembly import wall_model
+from damagepred.assembly import Assembly, wall_model
 from damagepred.assembly.bond import lay_bricks
 from damagepred.errors import InputError
 from damagepred.scene import Joint, Movement, Scene, Solver, Wall

@@ -9,12 +9,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from damagepred import Joint, Movement, Scene, Solver, Wall, assembly, solve
-from damagepred.assembly.assembly import Assembly
+from damagepred import Assembly, Joint, Movement, Scene, Solver, Wall, assembly, crack_profile, solve
 from damagepred.assembly.brick_cracks import BrickWatch, brick_cautions, brick_joint
 from damagepred.assembly.interfaces import Geometry
 from damagepred.enumerations import ContactKind, ContactState
-from damagepred.results.wall_cracks import crack_profile
 from damagepred.scene import BlockMaterial, Load, Loading, Support
 from damagepred.solvers import solve_path
 from damagepred.solvers.quasi_static.elimination_tree import EliminationTree

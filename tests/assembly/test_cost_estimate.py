@@ -6,11 +6,10 @@ import tracemalloc
 
 import pytest
 
-from damagepred import Limits, Scene, solve
+from damagepred import Limits, Scene, Study, solve
 from damagepred.assembly import wall_cost, wall_model
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError, TimeLimitError
-from damagepred.study import Study
 
 WALLS = {
     "solid": {},

@@ -6,9 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from damagepred.assembly import wall_geometry, wall_model
-from damagepred.assembly.model import Model
-from damagepred.assembly.wall import footing_alone
+from damagepred.assembly import Model, footing_alone, wall_geometry, wall_model
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import Footing, Movement, Opening, Rig, Scene, Solver, Wall

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from damagepred import Assembly
+from damagepred import Assembly, InputError, Solver
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.mesh import cut_into_zones, mesh_of
-from damagepred.errors import InputError
-from damagepred.scene import Solver
 
 BRICK = np.array(rectangle(0.0, 0.0, 0.24, 0.075))
 

@@ -8,6 +8,7 @@ from damagepred.errors import InputError
 from damagepred.kernels.concrete_section.law import BRANSON, moment_curvature_diagram
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
+from damagepred.scene import Footing, ReinforcedConcrete
 
 
 def footing(width=0.3, depth=0.3, **concrete):

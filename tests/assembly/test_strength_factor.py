@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from damagepred import Joint, Scene, Wall
+from damagepred import InputError, Joint, Scene, Wall
 from damagepred.assembly import wall_model
-from damagepred.errors import InputError
 
 STRENGTHS = ("tensile_strength", "cohesion", "residual_tensile_strength", "residual_cohesion")
 MORTAR = Joint(tensile_strength=0.2e6, cohesion=0.3e6, residual_tensile_strength=0.05e6, residual_cohesion=0.1e6)

@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from damagepred.assembly import Assembly, wall_model
+from damagepred.assembly import Assembly, footing_alone, wall_cost, wall_model
 from damagepred.assembly.assembly import rectangle
-from damagepred.assembly.cost_estimate import wall_cost
 from damagepred.assembly.half_geometry import half_geometry
-from damagepred.assembly.wall import footing_alone
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Joint, Scene, Solver
 from tests.recorded import check_parts, parts_of

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damagepred import Study, fit_fragility, open_study, walls_frame
+from damagepred import InputError, Study, fit_fragility, open_study, solve, walls_frame
 from damagepred.analyses.epistemic import alternatives
 from damagepred.archive.folder import StudyFolder
 from damagepred.campaign.replay import BIT_FOR_BIT, replay

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import pytest
 import xarray as xr
 
-from damagepred import Scene, solve
+from damagepred import Scene, Study, solve
 from damagepred.analyses.rare_event import rare_event
 from damagepred.archive.files import read_dataset, write_dataset
 from damagepred.archive.folder import StudyFolder
@@ -23,7 +23,6 @@ from damagepred.campaign.status import study_status
 from damagepred.campaign.verify import repair
 from damagepred.cli import main
 from damagepred.enumerations import SampleStatus
-from damagepred.study import Study
 from tests.analyses.test_rare import ASKED
 from tests.analyses.test_rare import TINY as RARE
 from tests.campaign.test_run import settings

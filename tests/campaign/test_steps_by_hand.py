@@ -13,11 +13,13 @@ from damagepred.analyses.rare_event import kept_sizes
 from damagepred.archive.digest import signed_json
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import joined, write_part
-from damagepred.campaign.cost_estimate import _elsewhere, _errors, _percent, _zone_bytes
+from damagepred.campaign import cost_estimate, status
+from damagepred.campaign.cost_estimate import _elsewhere, _errors, _percent, _zone_bytes, estimate_cost
 from damagepred.campaign.dispatch import Batches, GivenExecutor
 from damagepred.campaign.sample import Outcome, already_done
 from damagepred.campaign.settings import StudySettings, differing_keys, merged, read_frozen, study_tables
 from damagepred.campaign.verify import verify
+from damagepred.cli.sentences import cost_lines
 from damagepred.errors import InputError
 from damagepred.results.tables import Column, Table
 from damagepred.scene.accuracy import Measured
@@ -206,3 +208,51 @@ def test_cells_of_tables_on_the_page_and_on_the_terminal() -> None:
     assert (page.columns, page.words, page.note) == (["name", "value (mm)", "page"], [0], "note")
     assert page.rows == [["a-b", "−1", "−"], ["c", "2−3", "1"]]
     assert (brief.columns, brief.rows) == (["name", "value\nmm", "both"], [["a-b", "-1 (a b)", "x"], ["c", "2", "y"]])
+
+
+@pytest.mark.parametrize("failed", [0, 2])
+def test_watching_goes_on_until_no_wall_remains(monkeypatch: pytest.MonkeyPatch, failed: int) -> None:
+    looks = [SimpleNamespace(remaining=left, failed=failed) for left in (4, 1, 0)]
+    waits: list[float] = []
+    queue = iter(looks)
+    monkeypatch.setattr(status, "study_status", lambda _: next(queue))
+    monkeypatch.setattr(status.time, "sleep", waits.append)
+    assert list(status.watching("house.dp", 2.5)) == looks
+    assert waits == [2.5, 2.5]
+
+
+WALL = "[study]\nsamples = 3\n[scene.wall]\nlength = 1.44\nheight = 0.6\n"
+SEASONS = "[scene.movement.seasons]\nyears = 1\nswing = '6 mm'\nincrements = 1\n"
+SCATTER = "[variables.'joint.friction']\ndistribution = 'uniform'\nlower = 0.6\nupper = 0.8\n"
+
+
+def test_walls_of_histories_are_timed_one_after_the_other(tmp_path: Path) -> None:
+    (tmp_path / "years.toml").write_text(WALL + SEASONS + SCATTER)
+    seen = []
+    found = estimate_cost(tmp_path / "years.toml", on_step=lambda step: seen.append(step.increment.number))
+    assert seen == [0, 1, 2] * 3  # as many as the study has
+    assert found.wall_seconds == pytest.approx(np.mean(found.timed))
+    assert "on average of 3 walls, " in cost_lines(found)[3]
+    assert "3 walls with 1 uncertain numbers" in "".join(cost_lines(found))
+    assert len(estimate_cost(tmp_path / "years.toml", history_walls=2).timed) == 2
+
+
+def test_timing_ends_with_its_limit_and_other_movements_take_one_wall(tmp_path: Path) -> None:
+    (tmp_path / "years.toml").write_text(WALL + SEASONS + SCATTER)
+    assert len(estimate_cost(tmp_path / "years.toml", timing_limit=0.0).timed) == 1
+    (tmp_path / "once.toml").write_text(WALL + SCATTER)
+    found = estimate_cost(tmp_path / "once.toml")
+    assert len(found.timed) == 1
+    assert "on average" not in cost_lines(found)[3]
+
+
+@pytest.mark.parametrize(("timed", "expected"), [((1.4, 0.2), 0.2), ((6.0, 1.5), 1.5), ((25.0,), 25.0)])
+def test_libraries_loaded_by_the_first_wall_do_not_count(
+    timed: tuple[float, ...], expected: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A short wall is timed twice, a long one once."""
+    times = iter(timed)
+    monkeypatch.setattr(cost_estimate, "_timed", lambda *_: (next(times), "complete", ()))
+    (tmp_path / "once.toml").write_text(WALL + SCATTER)
+    assert estimate_cost(tmp_path / "once.toml").wall_seconds == expected
+    assert not list(times)

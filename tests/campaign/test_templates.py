@@ -1,16 +1,20 @@
 """Templates of ``damagepred new``: what they sample, and the files beside them."""
 
+import tomllib
 from pathlib import Path
 from typing import get_args
 
 import numpy as np
 import pytest
 
+from damagepred.campaign.sample import joint_places
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.template import Template, write_template
 from damagepred.errors import InputError
 from damagepred.scene.what_moves import what_moves
+from damagepred.study import Study
 from damagepred.uq.observations import Observations
+from tests.guide.pages import WRITTEN, blocks
 
 MOVES = {
     "tree": "The left end of the ground goes down by 25 mm, to nothing at 3 m; drying clay, 5000 kPa/m",
@@ -46,3 +50,17 @@ def test_a_survey_comes_with_its_observations(tmp_path: Path) -> None:
     (tmp_path / "house.toml").unlink()
     with pytest.raises(InputError, match=r"house_observations\.toml: exists and was not changed"):
         write_template(tmp_path / "house.toml", "survey")
+
+
+def test_the_example_can_be_sampled(tmp_path: Path) -> None:
+    example, measured = blocks(WRITTEN["uncertainty"])[:2]
+    (tmp_path / "house.toml").write_text(example.text)
+    (tmp_path / "shear_tests.csv").write_text(measured.text)
+    study = Study.from_toml(tmp_path / "house.toml")
+    assert set(study.settings.variables) == set(tomllib.loads(example.text)["variables"])
+    places = joint_places(study.settings.scene)
+    drawn = [study.design.joint_values(i, places) for i in range(300)]
+    strength, cohesion = (np.array([d[f"joint.{n}"] for d in drawn]) for n in ("tensile_strength", "cohesion"))
+    assert np.unique(cohesion).tolist() == pytest.approx([0.29e6, 0.31e6, 0.35e6, 0.42e6, 0.51e6])
+    assert np.corrcoef(strength.ravel(), cohesion.ravel())[0, 1] == pytest.approx(0.7, abs=0.03)
+    assert strength.mean() == pytest.approx(0.95 * 0.453e6 + 0.05 * 0.226e6, rel=0.03)

@@ -10,12 +10,11 @@ from typing import Any
 
 import pytest
 
-from damagepred import Study, open_study
+from damagepred import Study, StudyError, open_study
 from damagepred.campaign import campaign
 from damagepred.campaign.dispatch import Batches, LostSample, run_all
 from damagepred.campaign.sample import Outcome
 from damagepred.campaign.workers import LocalPool, SharedPool
-from damagepred.errors import StudyError
 
 Batch = Sequence[tuple[int, Mapping[str, float]]]
 

@@ -9,10 +9,9 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from damagepred import InputError, assess_portfolio, exceedance, open_study
+from damagepred import InputError, Study, assess_portfolio, exceedance, open_study
 from damagepred.analyses.portfolio import portfolio_frame
 from damagepred.results.tables import most_damaged_first
-from damagepred.study import Study
 from tests.cli.conftest import Run, command
 
 __all__ = ["command"]

@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damagepred.damage import Cracks, group_widths, load_table
-from damagepred.damage.table import read_table
+from damagepred.damage import Cracks, group_widths, load_table, read_table
 from damagepred.errors import InputError
 from damagepred.scene import Damage, Scene
 from tests.damage.pattern import Pattern, rules_of

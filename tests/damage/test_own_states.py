@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 import damagepred
-from damagepred import Scene, Study
+from damagepred import Damage, InputError, Scene, Study
 from damagepred.damage import own_table, share_of_limit
-from damagepred.errors import InputError
-from damagepred.scene import Damage
 from tests.cli.conftest import command as command
 
 STATES = [

@@ -1,13 +1,17 @@
 """Compiled kernels are kept on the disk, where processes that run at the same time share them."""
 
+import os
+import stat
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
 from numba import types
 
 from damagepred.kernels import jit
+from damagepred.kernels.cache_folder import cache_folder
 from damagepred.kernels.process_cache import ProcessCache
 
 
@@ -63,3 +67,76 @@ def test_folders_of_processes_that_have_ended_are_removed(tmp_path: Path) -> Non
     assert cache.folder.exists()
     other.close()
     cache.close()
+
+
+posix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="owners and modes are those of POSIX")
+
+
+@pytest.fixture
+def places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]:
+    """A user's cache and a temporary folder; the second is writable by all and sticky, as ``/tmp`` is."""
+    user, temporary = tmp_path / "user", tmp_path / "temporary"
+    user.mkdir(mode=0o700)
+    temporary.mkdir()
+    temporary.chmod(0o1777)
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(user))
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    return user, temporary
+
+
+def test_the_cache_of_the_user_comes_first(places: tuple[Path, Path]) -> None:
+    folder = cache_folder("kernels-1")
+    assert folder == places[0] / "damagepred" / "kernels-1"
+    for level in (folder, folder.parent):
+        assert stat.S_IMODE(level.stat().st_mode) == 0o700
+    assert cache_folder("kernels-1") == folder  # found again
+
+
+def test_a_folder_that_the_user_names_comes_before(
+    places: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "named" / "deep"))
+    assert cache_folder("kernels-1") == tmp_path / "named" / "deep" / "kernels-1"
+
+
+@posix
+def test_the_temporary_folder_has_one_for_each_user(places: tuple[Path, Path]) -> None:
+    places[0].chmod(0o777)
+    assert cache_folder("kernels-1") == places[1] / f"damagepred-{os.getuid()}" / "kernels-1"
+
+
+@posix
+@pytest.mark.parametrize("level", ["damagepred-4242", "damagepred-4242/kernels-1"])
+def test_what_another_user_made_is_not_read(
+    level: str, places: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (places[1] / level).mkdir(mode=0o700, parents=True)
+    monkeypatch.setattr(os, "getuid", lambda: 4242)  # who runs this test is the other user
+    assert cache_folder("kernels-1") is None
+
+
+@posix
+@pytest.mark.parametrize("mode", [0o770, 0o707, 0o777])
+@pytest.mark.parametrize("level", ["damagepred", "damagepred/kernels-1"])
+def test_what_others_may_write_to_is_not_read(level: str, mode: int, places: tuple[Path, Path]) -> None:
+    folder = places[0] / level
+    folder.mkdir(parents=True, mode=0o700)
+    folder.chmod(mode)
+    assert cache_folder("kernels-1") == places[1] / f"damagepred-{os.getuid()}" / "kernels-1"
+
+
+@posix
+def test_a_link_is_not_followed(places: tuple[Path, Path], tmp_path: Path) -> None:
+    (tmp_path / "theirs").mkdir(mode=0o700)
+    for base, own in zip(places, ("damagepred", f"damagepred-{os.getuid()}"), strict=True):
+        (base / own).symlink_to(tmp_path / "theirs")
+    assert cache_folder("kernels-1") is None
+
+
+@posix
+@pytest.mark.skipif(os.geteuid() == 0 if hasattr(os, "geteuid") else False, reason="root writes everywhere")
+def test_nowhere_to_write(places: tuple[Path, Path]) -> None:
+    for place in places:
+        place.chmod(0o500)
+    assert cache_folder("kernels-1") is None

@@ -7,8 +7,7 @@ from damagepred.assembly.section import SectionMemory, concrete_sections
 from damagepred.kernels.concrete_section import law
 from damagepred.kernels.concrete_section.state_two import state_two
 from damagepred.kernels.jit import kernel
-from damagepred.scene import Footing
-from damagepred.scene.concrete import ReinforcedConcrete
+from damagepred.scene import Footing, ReinforcedConcrete
 
 
 # compiled once and kept, as rules are not

@@ -11,6 +11,8 @@ from matplotlib.figure import Figure
 
 from damagepred import plotting
 from damagepred.plotting.fragility import _mark_limits
+from damagepred.damage import load_table
+from damagepred.plotting.colours import CATEGORY_COLOURS, width_colours
 from damagepred.plotting.vector import svg_of
 
 OF_WALLS = ["draw_wall", "draw_cracks", "draw_history"]
@@ -46,3 +48,9 @@ def test_limits_of_a_long_wall_are_labelled_by_what_governs() -> None:
     ax.set_xlim(0.0, 60.0)
     _mark_limits(ax, 15.0)
     assert [text.get_text() for text in ax.texts] == ["L/2000", "15 mm", "20 mm", "30 mm", "40 mm"]
+def test_colours_of_widths_change_at_the_limits():
+    colours, norm = width_colours(load_table("bre251"))
+    limits = [0.1, 1.0, 5.0, 15.0, 25.0]
+    assert norm.boundaries[:-1].tolist() == pytest.approx([0.0, *limits])
+    assert [norm(w) for w in (0.05, 0.1, 0.99, 1.0, 14.0, 24.9, 25.0, 90.0)] == [0, 1, 1, 2, 3, 4, 5, 5]
+    assert [c.lower() for c in colours.colors] == list(CATEGORY_COLOURS)

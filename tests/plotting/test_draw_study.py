@@ -1,11 +1,16 @@
 from __future__ import annotations
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred.plotting import draw_category_shares, draw_fragility
+from damagepred.errors import InputError
+from damagepred.plotting import draw_category_shares, draw_comparison, draw_fragility, draw_sensitivity
 from damagepred.plotting.study import common_paths
+from damagepred.uq.comparison import compare
+from tests.analyses.test_variance_shares import crossed_walls
+from tests.uq.test_comparison import study
 
 
 def band(ax, label):
@@ -120,3 +125,26 @@ def test_bands_and_medians_of_curves_are_drawn_in_their_unit(curves):
     assert ax.get_xlabel() == "curvature (1/m)"
     assert legend(ax)[0] == "category 1 (very slight): median 0.01 1/m, dispersion 0.40"
     assert "one dispersion for all categories" in ax.get_title(loc="left")
+
+
+def test_lines_are_probabilities_and_their_differences() -> None:
+    common = np.random.default_rng(3).standard_normal(80)
+    studies = {"as it is": study(0.5, common, movement=(0.005, 0.01)), "stiffer": study(0.2, common)}
+    found = compare(studies, categories=[1], at=[0.005, 0.01])
+    upper, lower = draw_comparison(found, 1)
+    for k, line in enumerate(upper.get_lines()):
+        np.testing.assert_allclose(line.get_xdata(), [5.0, 10.0])
+        np.testing.assert_allclose(line.get_ydata(), found["probability"][k, 0])
+    np.testing.assert_allclose(lower.get_lines()[0].get_ydata(), found["difference"][1, 0])
+    assert upper.get_xlabel() == "central deflection (mm)"
+    assert "80 pairs" in lower.get_title(loc="left")
+    own = plt.subplots(2)[1]
+    assert draw_comparison(found, 1, list(own))[0] is own[0]
+    with pytest.raises(InputError, match="a comparison of studies"):
+        draw_comparison(studies["stiffer"], 1)
+
+
+def test_other_datasets_are_refused():
+    ds = crossed_walls(30, 0.4, 0.2)
+    with pytest.raises(InputError, match="study_sensitivity"):
+        draw_sensitivity(ds)

@@ -14,12 +14,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import damagepred
-from damagepred import plotting
+from damagepred import Scene, plotting
 from damagepred.archive.schema import VARIABLES
 from damagepred.plotting.analyses import draw_scales
 from damagepred.plotting.pictures import half_way, stress_sheet, stress_sheets
 from damagepred.plotting.sheet import figure_of
-from damagepred.scene import Scene
 from tests.plotting.inventory import inventory
 from tests.recorded import check
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from damagepred import fit_fragility, open_study
+from damagepred import Dpc, Dynamics, Scene, Solver, Study, Wall, fit_fragility, open_study
 from damagepred.archive.folder import StudyFolder
 from damagepred.assembly import wall_model
 from damagepred.campaign.sample import run_batch
@@ -20,11 +20,9 @@ from damagepred.enumerations import SampleStatus
 from damagepred.kernels import jit
 from damagepred.kernels.equilibrium.joints import add_internal_forces, joint_steps
 from damagepred.one_wall.judged_path import dynamic_run, follow
-from damagepred.scene import Dpc, Dynamics, Scene, Solver, Wall
 from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from damagepred.study import Study
 from tests.conftest import ROOT, SMALL_STUDY
 from tests.regressions import walls
 from tests.synthetic_studies import synthetic_study

@@ -3,9 +3,8 @@
 import pytest
 import xarray as xr
 
-from damagepred import Movement, Opening, Scene, Solver, Wall, plotting, solve
+from damagepred import Load, Loading, Movement, Opening, Scene, Solver, Wall, plotting, solve
 from damagepred.report.summary import wall_summary
-from damagepred.scene import Load, Loading
 
 PIER = Scene(
     wall=Wall(length=1.2, height=0.9, block_length=0.4, block_height=0.15),

@@ -3,7 +3,7 @@
 import pytest
 
 from damagepred.errors import InputError
-from damagepred.scene.concrete import ReinforcedConcrete
+from damagepred.scene import ReinforcedConcrete
 from damagepred.scene.reading import build
 
 

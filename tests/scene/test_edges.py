@@ -6,9 +6,8 @@ from typing import Any
 import pytest
 
 from damagepred.errors import InputError
-from damagepred.scene import Mound, Movement, Rig, Scene, Soil
+from damagepred.scene import Mound, Movement, ReinforcedConcrete, Rig, Scene, Soil
 from damagepred.scene.assumed import _ground_values, assumed_ground, ground_line
-from damagepred.scene.concrete import ReinforcedConcrete
 
 WINDOW = {"x": 2.0, "y": 0.9, "width": 1.0, "height": 1.0}
 DOOR = {"kind": "door", "x": 4.5, "width": 0.9, "height": 2.0}

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 import damagepred
-from damagepred import Study
-from damagepred.errors import InputError
-from damagepred.scene import BaseMotion, Dynamics, Scene
+from damagepred import BaseMotion, Dynamics, InputError, Scene, Study
 
 LEVELS = "x (m),level (mm)\n0,0\n1,-1.0\n2,-4.1\n3,-11.8\n4,-19.9\n"
 WALL = "[wall]\nlength = 4\nheight = 0.6\nblock_length = 0.5\nblock_height = 0.15\n"

@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from damagepred import Scene, solve
+from damagepred import InputError, Scene, solve
 from damagepred.campaign.site_classes import site_line
-from damagepred.errors import InputError
 from damagepred.scene.assumed import ground_cautions
 from damagepred.uq.intensity import movement_words
 from tests.cli.conftest import Run, command

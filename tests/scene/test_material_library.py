@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from damagepred import Joint, Scene, solve
+from damagepred import InputError, Joint, Scene, solve
 from damagepred.campaign.settings import StudySettings
-from damagepred.errors import InputError
 from damagepred.inputs.data_files import CONFIDENCE
 from damagepred.scene import masonry_library
 

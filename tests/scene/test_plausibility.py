@@ -8,13 +8,10 @@ import pytest
 import tomli_w
 
 import damagepred
-from damagepred import Scene, solve
+from damagepred import NO_LIMITS, InputError, Joint, Scene, Wall, solve
 from damagepred.archive.files import read_dataset
 from damagepred.archive.versions import with_defaults_of
-from damagepred.assembly import NO_LIMITS
 from damagepred.campaign.settings import StudySettings, read_frozen
-from damagepred.errors import InputError
-from damagepred.scene import Joint, Wall
 from damagepred.scene.plausibility import unlikely_values
 from damagepred.scene.reading import build
 from damagepred.scene.scene import archived_scene

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred import Scene, Study, open_study
+from damagepred import InputError, Scene, Study, open_study
 from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import SampleStatus
-from damagepred.errors import InputError
 from damagepred.results.tables import path_columns, year_columns, year_frame
 from damagepred.scene import Seasons, SeasonStep
 from damagepred.uq.estimate import probability

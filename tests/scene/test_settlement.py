@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from damagepred import Movement, Scene
-from damagepred.errors import InputError
+from damagepred import InputError, Movement, Scene
 from damagepred.results.simple_assessment import angular_distortion, simple_methods
 from damagepred.scene.what_moves import what_moves
 

@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 from damagepred.errors import InputError
-from damagepred.scene import Joint, Movement, Scene
+from damagepred.scene import Joint, Movement, Scene, Seasons
 from damagepred.scene.assumed import assumed_seasons, assumed_slow_strains, ground_cautions, ground_line
 from damagepred.scene.plausibility import unlikely_values
-from damagepred.scene.seasons import Seasons
 from damagepred.scene.what_moves import load_factors, turning_points, what_moves
 from tests.recorded import check, check_parts, parts_of
 

@@ -4,8 +4,7 @@ import numpy as np
 import xarray as xr
 
 import damagepred
-from damagepred import Assembly
-from damagepred.assembly import Model
+from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import Dynamics, Joint, Solver

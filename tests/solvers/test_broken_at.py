@@ -8,10 +8,8 @@ import pytest
 import xarray as xr
 
 import damagepred
-from damagepred import solve
-from damagepred.assembly import Assembly
+from damagepred import Assembly, Dpc, Joint, Movement, Scene, Solver, Wall, solve
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import Dpc, Joint, Movement, Scene, Solver, Wall
 from tests.solvers.walls import small_scene
 
 WALL = Scene(

@@ -8,8 +8,7 @@ import pytest
 import xarray as xr
 
 import damagepred
-from damagepred import Assembly
-from damagepred.assembly import wall_model
+from damagepred.assembly import Assembly, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Joint, Scene, Solver, Wall

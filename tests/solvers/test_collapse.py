@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from damagepred import solve
+from damagepred import BlockMaterial, Footing, Joint, Movement, Rig, Scene, Solver, Wall, solve
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BlockMaterial, Footing, Joint, Movement, Rig, Scene, Solver, Wall
 from damagepred.solvers import solve_path
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.continuation import Continuation

@@ -7,10 +7,9 @@ import pytest
 from scipy import integrate
 
 import damagepred
-from damagepred import Assembly
+from damagepred import Assembly, BaseMotion, BlockMaterial, Dynamics, Joint, Solver
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError, InputError
-from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers.dynamics.base_motion import base_displacement, from_record
 from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import motion_of

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import damagepred
-from damagepred import Assembly, Scene
+from damagepred import Assembly, BaseMotion, BlockMaterial, Dynamics, Joint, Movement, Scene, Solver, Wall
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Movement, Solver, Wall
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, G, deepest, dry, run, turned
 
 GENTLE = {"damping": "rayleigh", "damping_ratio": 0.6, "frequency": 0.02, "second_frequency": 2000.0}

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from damagepred import Assembly, InputError, Scene, solve
+from damagepred import Assembly, BlockMaterial, Dynamics, InputError, Joint, Scene, Solver, solve
 from damagepred.assembly.assembly import rectangle
 from damagepred.one_wall.judged_path import dynamic_run
-from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
 
 E, B, H, T = 9e9, 0.24, 0.075, 0.11

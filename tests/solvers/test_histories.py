@@ -9,16 +9,12 @@ import pytest
 import xarray as xr
 
 import damagepred
-from damagepred import Movement, Scene
+from damagepred import InputError, Movement, Scene, Study, fit_fragility, judge_again, open_study
 from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
 from damagepred.damage import load_table
-from damagepred.errors import InputError
 from damagepred.plotting import draw_fragility, draw_history
-from damagepred.results.rejudge import judge_again
 from damagepred.scene import Stage
-from damagepred.study import Study, open_study
-from damagepred.uq.fragility import fit_fragility
 
 WALL = {"wall": {"length": 1.92, "height": 0.6}, "dpc": {"course": 2}}
 FOOTED = {**WALL, "footing": {"width": 0.3, "depth": 0.3}}

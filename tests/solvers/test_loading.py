@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 import damagepred
-from damagepred import Assembly
+from damagepred import Assembly, BlockMaterial, InputError, Joint, Solver
 from damagepred.assembly.assembly import rectangle
-from damagepred.errors import InputError
-from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.symmetry import reduce_by_symmetry

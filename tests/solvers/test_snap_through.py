@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred import solve
+from damagepred import Joint, Movement, Scene, Solver, Wall, solve
 from damagepred.archive.cautions import wall_cautions
-from damagepred.scene import Joint, Movement, Scene, Solver, Wall
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 DRY = Joint(tensile_strength=0.0, cohesion=0.0)

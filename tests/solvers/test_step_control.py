@@ -9,9 +9,8 @@ import pytest
 import xarray as xr
 
 import damagepred
-from damagepred import Assembly, Scene
+from damagepred import Assembly, Joint, Scene, Solver
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance

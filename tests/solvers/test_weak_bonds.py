@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred import solve
-from damagepred.scene import BlockMaterial, ControlJoint, Dpc, Joint, Movement, Opening, Scene, Solver, Wall
+from damagepred import BlockMaterial, ControlJoint, Dpc, Joint, Movement, Opening, Scene, Solver, Wall, solve
 from damagepred.solvers.quasi_static import continuation as path
 
 pytestmark = pytest.mark.quick_cases()

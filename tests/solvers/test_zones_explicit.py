@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from damagepred import Assembly
+from damagepred import Assembly, BlockMaterial, Joint, Solver
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ZoneState
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces, zone_forces
-from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.driver import Outcome
 from damagepred.solvers.explicit.scheme import DampedTimeStepping

@@ -5,11 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from damagepred import Assembly, Scene, solve
+from damagepred import Assembly, BlockMaterial, Joint, Scene, Solver, solve
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ZoneState
 from damagepred.kernels.equilibrium.joints import add_internal_forces
-from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.driver import Outcome
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium

@@ -7,9 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from damagepred import Assembly
+from damagepred import Assembly, BlockMaterial, Joint
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BlockMaterial, Joint
 
 THICKNESS, LENGTH, HEIGHT = 0.1, 0.99, 1.0
 COURSES, MODULE = 16, 0.22

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from damagepred import Assembly
+from damagepred import Assembly, BlockMaterial, Joint
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BlockMaterial, Joint
 
 G = 9.81
 

@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 import damagepred
-from damagepred import Assembly
+from damagepred import Assembly, Solver
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import Solver
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from tests.verification.manual import Manual, Verify
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from damagepred import Assembly
+from damagepred import Assembly, BlockMaterial, Joint
 from damagepred.arrays import FloatArray
-from damagepred.scene import BlockMaterial, Joint
 
 Rectangle = list[tuple[float, float]]
 DENSITY, THICKNESS, G = 2000.0, 0.2, 9.81

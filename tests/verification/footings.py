@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.assembly import Model
-from damagepred.assembly.wall import footing_alone
+from damagepred.assembly import Model, footing_alone
 from damagepred.enumerations import ContactKind
 from damagepred.scene import Footing, Mound, Movement, Rig, Scene, Soil, Solver, Wall
 from damagepred.solvers import Increment, solve_path

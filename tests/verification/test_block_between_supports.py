@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred import Assembly, Dynamics, InputError, Joint, Solver, solve
+from damagepred import Assembly, BlockMaterial, Dynamics, InputError, Joint, Solver, solve
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BlockMaterial
 
 LENGTH, DEPTH, MODULUS, WARMTH = 0.4, 0.2, 9e9, 8e-6 * 40.0
 STRONG = {"tensile_strength": 1e10, "cohesion": 1e10}

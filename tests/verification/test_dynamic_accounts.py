@@ -8,8 +8,7 @@ import pytest
 from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.one_wall.judged_path import dynamic_run
-from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
-from damagepred.scene.dynamics import BaseMotion
+from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Solver
 from tests.verification.test_energy_accounts import ONE_STEP, TORN, drawn_pair, elastic_energy, softening_work
 
 SOFT = Joint(normal_stiffness=4e8, shear_stiffness=1.5e8, tensile_strength=1e9, cohesion=1e9)

@@ -10,11 +10,10 @@ from scipy import sparse
 from scipy.optimize import curve_fit
 from scipy.sparse.linalg import eigsh
 
-from damagepred import Assembly, Scene, solve
+from damagepred import Assembly, BlockMaterial, Dynamics, Joint, Scene, Solver, solve
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError
 from damagepred.one_wall.judged_path import dynamic_run, model_of
-from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance
 from damagepred.solvers.dynamics.run import DynamicRun
 from damagepred.solvers.dynamics.strains import strain_mass

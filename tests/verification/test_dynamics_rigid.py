@@ -8,9 +8,8 @@ import xarray as xr
 from scipy import integrate, optimize
 
 import damagepred
-from damagepred import Assembly
+from damagepred import Assembly, BaseMotion, Dynamics
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BaseMotion, Dynamics
 from tests.solvers.dynamic_scenes import DENSITY, STIFF, THICKNESS, G, dry, momentum, on_plate, pair, run, started
 from tests.verification.dry_walls import tipping_slope
 from tests.verification.manual import ClosedForm, Verify

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from damagepred import Assembly
+from damagepred import Assembly, Joint
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError
-from damagepred.scene import Joint
 from tests.solvers.dynamic_scenes import DENSITY, STIFF, THICKNESS, G, dry, on_plate, run, stack, started
 from tests.verification.manual import ClosedForm, Verify
 

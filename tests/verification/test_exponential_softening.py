@@ -7,10 +7,9 @@ import pytest
 from scipy.optimize import brentq
 
 import damagepred
-from damagepred import Assembly
+from damagepred import Assembly, Dynamics, Solver
 from damagepred.assembly.assembly import rectangle
 from damagepred.one_wall.judged_path import dynamic_run
-from damagepred.scene import Dynamics, Solver
 from tests.verification.conftest import SOLVERS
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.test_fracture_energy import AREA, CHAPTER, F_T, G_F, JOINT, K_S, U_0, B, H, T, forces, on_plate

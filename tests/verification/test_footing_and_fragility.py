@@ -7,9 +7,8 @@ from scipy import special
 from scipy.integrate import cumulative_simpson
 
 import damagepred
-from damagepred import fit_fragility
+from damagepred import Movement, Scene, Solver, Wall, fit_fragility
 from damagepred.damage.table import load_table
-from damagepred.scene import Movement, Scene, Solver, Wall
 from tests.verification.manual import ClosedForm, Verify
 
 CHAPTER = "Footing and fragility"

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from damagepred.assembly import wall_model
-from damagepred.assembly.wall import footing_alone
+from damagepred.assembly import footing_alone, wall_model
 from damagepred.enumerations import ContactKind
 from damagepred.scene import BlockMaterial, Joint, Movement, Rig, Solver, Wall
 from tests.verification.footings import (

@@ -13,11 +13,10 @@ import xarray as xr
 from scipy import integrate, optimize
 
 import damagepred
-from damagepred import Assembly
+from damagepred import Assembly, Joint, Solver
 from damagepred.assembly.assembly import rectangle
 from damagepred.kernels.joint.explicit_update import explicit_update
 from damagepred.kernels.joint.softening import Softening
-from damagepred.scene import Joint, Solver
 from tests.kernels.one_joint import one_joint
 from tests.verification.conftest import SOLVERS
 from tests.verification.manual import ClosedForm, Verify

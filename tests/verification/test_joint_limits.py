@@ -7,9 +7,8 @@ import pytest
 from scipy import optimize
 
 import damagepred
-from damagepred import Assembly
+from damagepred import Assembly, Solver
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import Solver
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, on_plate
 from tests.verification.manual import ClosedForm, Verify
 

@@ -11,10 +11,8 @@ import xarray as xr
 from scipy import special
 
 import damagepred
-from damagepred import Assembly
+from damagepred import Assembly, BlockMaterial, Dynamics, Solver
 from damagepred.one_wall.judged_path import dynamic_run
-from damagepred.scene import BlockMaterial, Solver
-from damagepred.scene.dynamics import Dynamics
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, stack
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.test_vibration import CHAPTER, DROP, chain

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from damagepred import Assembly
-from damagepred.scene import BlockMaterial, Joint, Solver
+from damagepred import Assembly, BlockMaterial, Joint, Solver
 from damagepred.scene.movement_stage import History
 from damagepred.solvers import solve_path
 from tests.verification.blocks import DRY, G

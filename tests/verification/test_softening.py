@@ -15,6 +15,8 @@ from damagepred import Assembly
 from damagepred.assembly import wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Joint, Loads, Movement, Scene, Solver, Wall
+from damagepred import Assembly, Joint, Solver
+from damagepred.assembly.assembly import rectangle
 from tests.verification.manual import ClosedForm, Verify
 
 pytestmark = pytest.mark.quick_cases("solver")

@@ -6,12 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from damagepred import Assembly
+from damagepred import Assembly, BlockMaterial, Solver
 from damagepred.arrays import FloatArray
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.points import Where
-from damagepred.scene import BlockMaterial, Solver
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, centres, moduli, order, solved, zones_of
 

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from damagepred import Assembly
+from damagepred import Assembly, BlockMaterial, Joint, Solver
 from damagepred.arrays import FloatArray
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BlockMaterial, Joint, Solver
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, solved, zones_of
 

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from damagepred import Assembly
+from damagepred import Assembly, BlockMaterial, Joint, Solver
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly.mesh import cut_into_zones
 from damagepred.assembly.points import Where
-from damagepred.scene import BlockMaterial, Joint, Solver
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import (
     BRICKWORK,

@@ -5,9 +5,8 @@ import pytest
 from scipy import linalg, sparse
 from scipy.sparse.linalg import eigsh
 
-from damagepred import Assembly
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.assembly import Model
+from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers.explicit.scheme import DampedTimeStepping

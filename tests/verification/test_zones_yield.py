@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from damagepred import Assembly
 from damagepred.arrays import FloatArray
-from damagepred.assembly import Model
+from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.points import Where
 from damagepred.enumerations import ZoneState

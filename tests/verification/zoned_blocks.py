@@ -7,9 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from damagepred import Assembly
 from damagepred.arrays import FloatArray
-from damagepred.assembly import Model
+from damagepred.assembly import Assembly, Model
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.state.increment import ZoneResults

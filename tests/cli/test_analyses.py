@@ -1,14 +1,29 @@
-"""`damagepred infer` prints causes, movement and future damage, and answers wrong input by a sentence."""
+"""`damagepred compare` says which measure helps, and answers wrong input by a sentence."""
 
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import xarray as xr
 
+from damagepred.archive.files import read_dataset
 from tests.cli.conftest import Run
 from tests.synthetic_studies import synthetic_study
+
+
+def test_two_studies_of_the_same_samples(command: Run, tmp_path: Path) -> None:
+    weak = synthetic_study(tmp_path / "weak.dp", 40, medians=(2e-3, 4e-3))
+    strong = synthetic_study(tmp_path / "strong.dp", 40, medians=(4e-3, 8e-3))
+    curve, picture = tmp_path / "difference.nc", tmp_path / "difference.png"
+    said = command("compare", weak, strong, "--category", 1, "--at", "3 mm", "-o", curve, "--plot", picture)
+    assert said.code == 0, said.err
+    assert said.out.splitlines()[0] == "P(category >= 1 at 3 mm)"
+    assert "less damage; 40 pairs of samples" in said.out
+    assert picture.stat().st_size > 10_000
+    with xr.open_dataset(curve) as ds:
+        assert float(ds["difference"].isel(study=1, category=0).min()) < -0.2
 
 
 def test_infer_prints_and_keeps_the_posterior(command: Run, tmp_path: Path) -> None:
@@ -61,3 +76,36 @@ def test_wrong_input_is_answered_by_a_sentence(command: Run, tmp_path: Path) -> 
         said = command("infer", *arguments)
         assert (said.code, sentence in said.err) == (2, True), said.err
         assert "Traceback" not in said.err
+
+
+def test_inputs_are_ranked_and_curves_have_other_forms(command: Run, small_study_file: Path, tmp_path: Path) -> None:
+    folder = small_study_file.with_suffix(".dp")
+    refused = command("sensitivity", small_study_file)
+    assert refused.code == 2
+    assert "damagepred study" in refused.err
+    assert command("study", small_study_file, "-n", 24, "-o", folder).code == 0
+    result = command("sensitivity", folder, "--category", 2, "-o", tmp_path / "s.nc", "--plot", tmp_path / "d.png")
+    assert result.code == 0, result.err
+    assert (tmp_path / "d.png").stat().st_size > 5000
+    for words in ("joint.friction", "24 walls", "rank of the capacity for category 2"):
+        assert words in re.sub(r"\s+", " ", result.out)
+    assert read_dataset(tmp_path / "s.nc")["partial"].dims == ("variable",)
+    # and curves of the same folder, in other forms
+    for options in (["--model", "common"], ["--model", "empirical"], ["--intensity", "curvature"]):
+        result = command("fragility", folder, *options, "--bootstrap", 20, "--plot", tmp_path / "c.png")
+        assert result.code == 0, result.err
+    again = command(
+        "fragility", folder, "--against", "joint.friction", "--categories", "2", "--plot", tmp_path / "s.png"
+    )
+    assert again.code == 0, again.err
+    assert "joint.friction" in again.out
+    assert (tmp_path / "s.png").stat().st_size > 5000
+    for bad, words in (
+        (("fragility", folder, "--against", "joint.friction"), "a surface is of one category"),
+        (("fragility", folder, "--against", "joint.frictoin", "--categories", "2"), "Did you mean"),
+        (("sensitivity", folder, "--of", "crack"), "no such result"),
+        (("sensitivity", folder, "--category", 4, "--of", "crack_width_max"), "give one of them"),
+    ):
+        result = command(*bad)
+        assert result.code == 2, result.out
+        assert words in result.err
