@@ -31,11 +31,9 @@ RULES = [
 
 def turned_brick(course: int, dpc: int | None, rule: dict[str, Any]) -> tuple[JointMap, Any, float, float]:
     """Joints and openings of a wall of which one brick turns about its lower left corner; its length and height."""
+    solver = Solver(**rule)
     scene = Scene(
-        wall=Wall(length=1.2, height=0.45),
-        dpc=None if dpc is None else Dpc(course=dpc),
-        joint=DRY,
-        solver=Solver(**rule),
+        wall=Wall(length=1.2, height=0.45), dpc=None if dpc is None else Dpc(course=dpc), joint=DRY, solver=solver
     )
     model = wall_model(scene)
     joints, blocks, face = joint_map(model), model.blocks, model.interfaces

@@ -15,13 +15,9 @@ RIGID = Solver(blocks="rigid")
 @pytest.fixture(scope="session")
 def cracked() -> xr.Dataset:
     """A tiny wall of weak mortar that cracks, without dpc."""
-    scene = Scene(
-        title="weak little wall",
-        wall=WALL,
-        joint=Joint(tensile_strength=0.001e6, cohesion=0.003e6),
-        movement=Movement(kind="doming", central_deflection=6e-3, increments=3),
-        solver=RIGID,
-    )
+    joint = Joint(tensile_strength=0.001e6, cohesion=0.003e6)
+    movement = Movement(kind="doming", central_deflection=6e-3, increments=3)
+    scene = Scene(title="weak little wall", wall=WALL, joint=joint, movement=movement, solver=RIGID)
     return damagepred.solve(scene)
 
 

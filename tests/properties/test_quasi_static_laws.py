@@ -134,14 +134,12 @@ def test_equilibria_of_more_walls(law: str, seed: int) -> None:
 
 def sliding_wall() -> Model:
     """An unbreakable wall that slides on its dpc."""
-    scene = Scene(
-        wall=Wall(length=1.2, height=0.45, block_length=0.3, block_height=0.15),
-        joint=Joint(tensile_strength=1e8, cohesion=1e8),
-        dpc=Dpc(course=1, friction=0.1),
-        movement=Movement(central_deflection=1e-3),
-        loads=Loads(roof=6000.0),
-        solver=SETTINGS,
-    )
+    wall = Wall(length=1.2, height=0.45, block_length=0.3, block_height=0.15)
+    joint = Joint(tensile_strength=1e8, cohesion=1e8)
+    dpc = Dpc(course=1, friction=0.1)
+    movement = Movement(central_deflection=1e-3)
+    loads = Loads(roof=6000.0)
+    scene = Scene(wall=wall, joint=joint, dpc=dpc, movement=movement, loads=loads, solver=SETTINGS)
     model = wall_model(scene)
     # nor does the dpc open, which has no strength
     return replace(model, properties=model.properties._replace(tensile_strength=np.full(len(model.interfaces.x), 1e8)))

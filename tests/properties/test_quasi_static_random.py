@@ -16,27 +16,22 @@ def scenes(draw: st.DrawFn) -> Scene:
     height = draw(st.sampled_from([0.1, 0.3, 0.5]))
     tensile, cohesion = draw(st.sampled_from([(0.0, 0.0), (1e4, 2e4), (1e5, 2e5), (1e9, 1e10)]))
     rule, contacts = draw(st.sampled_from([("lobatto", 2), ("lobatto", 3), ("lobatto", 5), ("midpoint", 2)]))
-    return Scene(
-        wall=Wall(
-            length=draw(st.sampled_from([0.3, 0.9, 1.5])),
-            height=height,
-            block_length=0.3,
-            block_height=0.1,
-            bond=draw(st.sampled_from(["running", "stack"])),
-        ),
-        joint=Joint(tensile_strength=tensile, cohesion=cohesion, friction=draw(st.sampled_from([0.0, 0.3, 0.75, 1.5]))),
-        dpc=Dpc(course=1, friction=draw(st.sampled_from([0.0, 0.3, 1.5])))
-        if draw(st.booleans()) and height > 0.1
-        else None,
-        block=BlockMaterial(density=draw(st.sampled_from([0.0, 2000.0, 2000.0]))),
-        loads=Loads(roof=draw(st.sampled_from([0.0, 1e3, 1e5]))),
-        movement=Movement(
-            kind=draw(st.sampled_from(["dishing", "doming"])),
-            central_deflection=draw(st.sampled_from([0.0, 1e-4, 1e-3, 5e-3])),
-            increments=draw(st.sampled_from([1, 3])),
-        ),
-        solver=Solver(method="quasi_static", quadrature=rule, contacts_per_interface=contacts),
+    length = draw(st.sampled_from([0.3, 0.9, 1.5]))
+    bond = draw(st.sampled_from(["running", "stack"]))
+    wall = Wall(length=length, height=height, block_length=0.3, block_height=0.1, bond=bond)
+    joint = Joint(tensile_strength=tensile, cohesion=cohesion, friction=draw(st.sampled_from([0.0, 0.3, 0.75, 1.5])))
+    dpc = (
+        Dpc(course=1, friction=draw(st.sampled_from([0.0, 0.3, 1.5]))) if draw(st.booleans()) and height > 0.1 else None
     )
+    block = BlockMaterial(density=draw(st.sampled_from([0.0, 2000.0, 2000.0])))
+    loads = Loads(roof=draw(st.sampled_from([0.0, 1e3, 1e5])))
+    movement = Movement(
+        kind=draw(st.sampled_from(["dishing", "doming"])),
+        central_deflection=draw(st.sampled_from([0.0, 1e-4, 1e-3, 5e-3])),
+        increments=draw(st.sampled_from([1, 3])),
+    )
+    solver = Solver(method="quasi_static", quadrature=rule, contacts_per_interface=contacts)
+    return Scene(wall=wall, joint=joint, dpc=dpc, block=block, loads=loads, movement=movement, solver=solver)
 
 
 @pytest.mark.thorough

@@ -241,11 +241,8 @@ def compare_times(checkout: Path, only: list[str], files: list[str], rounds: int
 def main(arguments: list[str] | None = None) -> int:
     """Record, compare, or take times."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "what",
-        choices=("record", "compare", "time", "times", "digests", "digests-here"),
-        help="times, digests-here: of this version, as JSON",
-    )
+    choices = ("record", "compare", "time", "times", "digests", "digests-here")
+    parser.add_argument("what", choices=choices, help="times, digests-here: of this version, as JSON")
     parser.add_argument("folder", nargs="*", help="of recorded results, or a checkout of another version; revisions")
     parser.add_argument("--only", nargs="*", default=[], help="names of walls, or study")
     parser.add_argument("--scenes", nargs="*", default=[], help="scene files whose time is taken, too")

@@ -48,14 +48,10 @@ def zones_alone(zones, displacement, force, cycles):
 
 def bent(block: BlockMaterial, size: Wall) -> DampedTimeStepping:
     """Return the wall of deformable blocks, still moving while it dishes by 1 mm."""
-    scene = Scene(
-        wall=size,
-        block=block,
-        dpc=Dpc(),
-        loads=Loads(roof=6000.0),
-        movement=Movement(kind="dishing", central_deflection=1e-3),
-        solver=Solver(method="explicit", blocks="deformable"),
-    )
+    movement = Movement(kind="dishing", central_deflection=1e-3)
+    solver = Solver(method="explicit", blocks="deformable")
+    loads = Loads(roof=6000.0)
+    scene = Scene(wall=size, block=block, dpc=Dpc(), loads=loads, movement=movement, solver=solver)
     run = DampedTimeStepping(wall_model(scene), scene.solver)
     run.start_from_elastic_solution()
     run.advance(1500, load_factor_to=1.0, load_to=1.0)

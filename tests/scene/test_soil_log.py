@@ -153,12 +153,10 @@ def test_the_climatic_zone_gives_depth_and_change_of_suction_where_they_are_not_
     scene = Scene.from_dict({**FOOTED, "soil_layer": LOG, **own})
     assert (scene.mound.suction_depth, scene.suction.change) == (3.0, 1.5)
     assert "climatic zone" not in ground_line(scene)
-    objects = Scene(
-        soil_layer=(layer(4, 0.04),),
-        suction=Suction(climate_zone=2),
-        movement=Movement(shape="mound"),
-        footing=Footing(width=0.3, depth=0.3),
-    )
+    suction = Suction(climate_zone=2)
+    footing = Footing(width=0.3, depth=0.3)
+    soil_layer = (layer(4, 0.04),)
+    objects = Scene(soil_layer=soil_layer, suction=suction, movement=Movement(shape="mound"), footing=footing)
     assert objects.mound.suction_depth == 1.8
 
 

@@ -46,12 +46,11 @@ def cracking(**other: object) -> Scene:
 
 def with_one_weak_bond(share: float, density: float = 2000.0) -> tuple[Model, int]:
     """Return a wall with one bond that breaks at a share of the movement, and its interface."""
-    scene = cracking(
-        joint=Joint(tensile_strength=1e8, cohesion=1e9),
-        block=BlockMaterial(density=density),
-        loads=Loads(roof=0.5 * density),
-        movement=Movement(central_deflection=1e-4, kind="doming"),
-    )
+    joint = Joint(tensile_strength=1e8, cohesion=1e9)
+    block = BlockMaterial(density=density)
+    movement = Movement(central_deflection=1e-4, kind="doming")
+    loads = Loads(roof=0.5 * density)
+    scene = cracking(joint=joint, block=block, loads=loads, movement=movement)
     model = wall_model(scene)
     first, last = solve_path(model, WHOLE, 1)  # elastic, so all is linear
     before, after = first.normal_stress, last.normal_stress

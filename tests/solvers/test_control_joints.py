@@ -40,12 +40,9 @@ def last_step(model: Model, solver: Solver, increments: int = 4):
 def part_of(whole: Scene, left: float, right: float) -> Model:
     """Return the model of a wall as long as a part of another, on that part's profile, with its share of the roof."""
     length = right - left
-    alone = replace(
-        whole,
-        wall=replace(whole.wall, length=length),
-        control_joint=(),
-        loads=Loads(roof=whole.loads.roof * length / whole.wall.length),
-    )
+    loads = Loads(roof=whole.loads.roof * length / whole.wall.length)
+    wall = replace(whole.wall, length=length)
+    alone = replace(whole, wall=wall, control_joint=(), loads=loads)
     ground = ground_movement(wall_geometry(alone), lambda x: whole.movement.profile(x + left, whole.wall.length))
     return replace(wall_model(alone), ground=ground)
 

@@ -214,13 +214,10 @@ def test_sections_have_a_history_and_can_be_restored() -> None:
 
 def on_mound() -> Scene:
     """Return a wall whose ends lift off the mound."""
-    return replace(
-        on_jacks("doming"),
-        movement=Movement(kind="doming", shape="mound", increments=2),
-        mound=Mound(surface_movement=0.01, suction_depth=3.0, edge_distance=0.8),
-        soil=Soil(shrinking_stiffness=2e7),
-        rig=Rig(),
-    )
+    movement = Movement(kind="doming", shape="mound", increments=2)
+    mound = Mound(surface_movement=0.01, suction_depth=3.0, edge_distance=0.8)
+    soil = Soil(shrinking_stiffness=2e7)
+    return replace(on_jacks("doming"), movement=movement, mound=mound, soil=soil, rig=Rig())
 
 
 def test_mound_that_lifts_off_is_the_quasi_static_one() -> None:

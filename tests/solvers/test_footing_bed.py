@@ -59,12 +59,9 @@ def test_the_bed_has_separate_properties_on_any_support(shape: str, footing: str
     if shape != "parabola" and footing is not None:
         return
     own = Joint(tensile_strength=0.1e6, cohesion=0.2e6, friction=0.6, normal_stiffness=50e9)
-    scene = Scene(
-        wall=Wall(length=2.88, height=0.6),
-        footing=Footing(joint=own),
-        movement=Movement(shape=shape),
-        solver=Solver(footing=footing),
-    )
+    movement = Movement(shape=shape)
+    solver = Solver(footing=footing)
+    scene = Scene(wall=Wall(length=2.88, height=0.6), footing=Footing(joint=own), movement=movement, solver=solver)
     model = wall_model(scene)
     bed = model.interfaces.kind == BED
     assert bed.any()

@@ -49,12 +49,9 @@ def scipy_fit(lower: np.ndarray, upper: np.ndarray) -> tuple[float, float]:
     """Median and dispersion by scipy's own censored fit, taken to its digits."""
     exact, right, left = lower == upper, np.isinf(upper), (lower == 0) & np.isfinite(upper)
     between = ~(exact | right | left)
-    data = stats.CensoredData(
-        uncensored=upper[exact],
-        right=lower[right],
-        left=upper[left],
-        interval=np.column_stack((lower[between], upper[between])),
-    )
+    interval = np.column_stack((lower[between], upper[between]))
+    uncensored = upper[exact]
+    data = stats.CensoredData(uncensored=uncensored, right=lower[right], left=upper[left], interval=interval)
 
     def precisely(function, start, args=(), disp=0):
         return optimize.fmin(function, start, args, xtol=1e-10, ftol=1e-12, maxiter=4000, maxfun=4000, disp=disp)

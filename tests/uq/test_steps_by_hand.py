@@ -455,12 +455,10 @@ def test_nodes_of_the_discrepancy_have_the_moments_of_the_fit() -> None:
 
 
 def test_places_off_the_wall_and_in_openings_are_refused_at_their_edges() -> None:
-    scene = Scene(
-        wall=Wall(length=4.8, height=1.5),
-        dpc=Dpc(course=1),
-        opening=(Opening(x=0.96, y=0.3, width=0.96, height=0.6), Opening(kind="door", x=2.88, width=0.96, height=1.2)),
-        movement=Movement(shape="parabola"),
-    )
+    wall = Wall(length=4.8, height=1.5)
+    opening = (Opening(x=0.96, y=0.3, width=0.96, height=0.6), Opening(kind="door", x=2.88, width=0.96, height=1.2))
+    dpc = Dpc(course=1)
+    scene = Scene(wall=wall, dpc=dpc, opening=opening, movement=Movement(shape="parabola"))
     for x, y in itertools.product((0.0, 4.8), (0.0, 1.5)):
         require_on(Observations(crack=(CrackObservation(x=x, y=y, none=True),)), scene, "a")
     for x, y in ((0.96, 0.5), (1.92, 0.5), (1.2, 0.3), (1.2, 0.9), (3.0, 1.2)):

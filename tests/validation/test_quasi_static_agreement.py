@@ -28,32 +28,27 @@ def random_scene(number: int) -> Scene:
         opening = (Opening(x=left, y=round(0.3 * height, 2), width=width, height=round(0.35 * height, 2)),)
     if shape == 2:
         opening = (Opening(kind="door", x=left, width=width, height=round(0.7 * height, 2)),)
-    return Scene(
-        wall=Wall(
-            length=length,
-            height=height,
-            block_length=float(rng.choice([0.24, 0.3, 0.4])),
-            block_height=float(rng.choice([0.075, 0.1, 0.15])),
-            bond=rng.choice(["running", "stack"]),
-        ),
-        opening=opening,
-        dpc=Dpc(course=int(rng.integers(1, 3)), friction=float(rng.uniform(0.3, 0.7))),
-        joint=Joint(
-            normal_stiffness=float(rng.uniform(20e9, 100e9)),
-            shear_stiffness=float(rng.uniform(8e9, 40e9)),
-            tensile_strength=100e6,
-            cohesion=200e6,
-            friction=float(rng.uniform(0.5, 0.9)),
-        ),
-        block=BlockMaterial(elastic_modulus=float(rng.uniform(3e9, 15e9)), density=float(rng.uniform(1600, 2200))),
-        movement=Movement(
-            kind=rng.choice(["dishing", "doming"]),
-            central_deflection=length * float(rng.uniform(0.2e-3, 1.5e-3)),
-            increments=4,
-            shape=rng.choice(["parabola", "arc", "three_loads"]),
-        ),
-        loads=Loads(roof=float(rng.choice([0.0, 1000.0, 6000.0]))),
+    block_length = float(rng.choice([0.24, 0.3, 0.4]))
+    block_height = float(rng.choice([0.075, 0.1, 0.15]))
+    bond = rng.choice(["running", "stack"])
+    wall = Wall(length=length, height=height, block_length=block_length, block_height=block_height, bond=bond)
+    dpc = Dpc(course=int(rng.integers(1, 3)), friction=float(rng.uniform(0.3, 0.7)))
+    joint = Joint(
+        normal_stiffness=float(rng.uniform(20e9, 100e9)),
+        shear_stiffness=float(rng.uniform(8e9, 40e9)),
+        tensile_strength=100e6,
+        cohesion=200e6,
+        friction=float(rng.uniform(0.5, 0.9)),
     )
+    block = BlockMaterial(elastic_modulus=float(rng.uniform(3e9, 15e9)), density=float(rng.uniform(1600, 2200)))
+    movement = Movement(
+        kind=rng.choice(["dishing", "doming"]),
+        central_deflection=length * float(rng.uniform(0.2e-3, 1.5e-3)),
+        increments=4,
+        shape=rng.choice(["parabola", "arc", "three_loads"]),
+    )
+    loads = Loads(roof=float(rng.choice([0.0, 1000.0, 6000.0])))
+    return Scene(wall=wall, opening=opening, dpc=dpc, joint=joint, block=block, movement=movement, loads=loads)
 
 
 def off_by(found: np.ndarray, expected: np.ndarray) -> float:

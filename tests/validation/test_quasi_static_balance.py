@@ -65,13 +65,12 @@ def check_joint_law(model: Model, step: Increment) -> None:
 
 def walls() -> dict[str, Scene]:
     bryant = Scene.from_toml(DATA / "bryant_dishing.toml")
-    small = Scene(
-        wall=Wall(length=2.4, height=0.9),
-        joint=Joint(tensile_strength=0.1e6, cohesion=0.1e6),
-        movement=Movement(central_deflection=4e-3, increments=4),
-        loads=Loads(roof=1000.0),
-        solver=Solver(method="quasi_static"),
-    )
+    wall = Wall(length=2.4, height=0.9)
+    joint = Joint(tensile_strength=0.1e6, cohesion=0.1e6)
+    movement = Movement(central_deflection=4e-3, increments=4)
+    solver = Solver(method="quasi_static")
+    loads = Loads(roof=1000.0)
+    small = Scene(wall=wall, joint=joint, movement=movement, loads=loads, solver=solver)
     window = (Opening(x=1.44, y=0.3, width=0.48, height=0.3),)
     return {
         "bryant": replace(bryant, movement=replace(bryant.movement, increments=5), solver=small.solver),

@@ -43,11 +43,8 @@ class DryWall:
 
     def assembly(self) -> Assembly:
         """Return the wall with its dead load only."""
-        wall = Assembly(
-            thickness=THICKNESS,
-            joint=Joint(tensile_strength=0.0, cohesion=0.0, friction=self.friction),
-            block=BlockMaterial(density=DENSITY),
-        )
+        joint = Joint(tensile_strength=0.0, cohesion=0.0, friction=self.friction)
+        wall = Assembly(thickness=THICKNESS, joint=joint, block=BlockMaterial(density=DENSITY))
         for block in self.blocks:
             wall.add_block(block)
         for block in self.held:

@@ -49,19 +49,16 @@ class Strip:
     def scene(self, movement: Movement, pieces: int, **tables: Any) -> Scene:
         """Return a scene with this footing, divided into a number of segments."""
         step = self.length / pieces
-        return Scene(
-            wall=Wall(length=self.length, height=0.075, block_length=step, bond="stack"),
-            footing=Footing(
-                width=self.width,
-                depth=self.depth,
-                elastic_modulus=self.modulus,
-                density=self.density,
-                poisson_ratio=0.2,
-                segment_length=step,
-            ),
-            movement=movement,
-            **tables,
+        wall = Wall(length=self.length, height=0.075, block_length=step, bond="stack")
+        footing = Footing(
+            width=self.width,
+            depth=self.depth,
+            elastic_modulus=self.modulus,
+            density=self.density,
+            poisson_ratio=0.2,
+            segment_length=step,
         )
+        return Scene(wall=wall, footing=footing, movement=movement, **tables)
 
     def on_jacks(self, kind: str, deflection: float, pieces: int, *, load: float = 0.0, **rig: Any) -> Model:
         """Return the model of the footing alone on a rig, with a line load (N/m) besides its weight."""

@@ -98,15 +98,9 @@ def collapse_factor(
     bounds = [(0, None), (None, None)] * (2 * len(joints)) + [(0, None)]
     objective = np.zeros(count + 1)
     objective[-1] = -1.0
-    result = linprog(
-        objective,
-        A_ub=cone,
-        b_ub=np.zeros(2 * len(pairs)),
-        A_eq=equilibrium,
-        b_eq=-dead[free].ravel(),
-        bounds=bounds,
-        method="highs",
-    )
+    b_ub = np.zeros(2 * len(pairs))
+    b_eq = -dead[free].ravel()
+    result = linprog(objective, A_ub=cone, b_ub=b_ub, A_eq=equilibrium, b_eq=b_eq, bounds=bounds, method="highs")
     if result.status != 0:
         raise ValueError(f"no collapse factor: {result.message}")
     return float(result.x[-1])

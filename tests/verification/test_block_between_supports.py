@@ -15,12 +15,9 @@ KINDS = {"rigid": {}, "elastic": {"elastic": True}, "deformable": {"zone_size": 
 
 def row(count: int, strain: float, kind: str, stiffness: float, **law: float) -> Assembly:
     """Return a weightless row of blocks between two supports that stay; joints are as good as free of shear."""
-    wall = Assembly(
-        thickness=0.1,
-        gravity=(0.0, 0.0),
-        joint=Joint(normal_stiffness=stiffness, shear_stiffness=1e4, **{**STRONG, **law}),
-        block=BlockMaterial(elastic_modulus=MODULUS, poisson_ratio=0.0),
-    )
+    joint = Joint(normal_stiffness=stiffness, shear_stiffness=1e4, **{**STRONG, **law})
+    block = BlockMaterial(elastic_modulus=MODULUS, poisson_ratio=0.0)
+    wall = Assembly(thickness=0.1, gravity=(0.0, 0.0), joint=joint, block=block)
     for left in LENGTH * np.arange(count):
         wall.strain(wall.add_block(rectangle(left, 0.0, left + LENGTH, DEPTH), **KINDS[kind]), strain)
     for left in (-LENGTH, count * LENGTH):

@@ -76,13 +76,10 @@ def test_a_load_along_the_top_is_the_roof_s(load: Load) -> None:
 def test_a_point_load_on_a_pier_presses_its_base_linearly(at: float) -> None:
     """Pressure P / A (1 +- 6 e / b) at the edges: no tension in the middle third."""
     wide, force = 0.24, 4000.0
-    pier = Scene(
-        wall=Wall(length=wide, height=0.75, thickness=0.11, block_length=wide, block_height=0.075, bond="stack"),
-        joint=replace(DRY, normal_stiffness=1e12, shear_stiffness=1e12),
-        movement=STILL,
-        load=(Load(force=force, at=at),),
-        solver=Solver(blocks="rigid"),
-    )
+    wall = Wall(length=wide, height=0.75, thickness=0.11, block_length=wide, block_height=0.075, bond="stack")
+    joint = replace(DRY, normal_stiffness=1e12, shear_stiffness=1e12)
+    solver = Solver(blocks="rigid")
+    pier = Scene(wall=wall, joint=joint, movement=STILL, load=(Load(force=force, at=at),), solver=solver)
     model = assembly.wall_model(pier)
     step = list(solve_path(model, pier.solver, 1))[-1]
     on = np.any(np.column_stack((model.interfaces.block_a, model.interfaces.block_b)) == model.n_blocks, axis=1)

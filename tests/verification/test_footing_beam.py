@@ -258,26 +258,20 @@ def brickwork(
         rig=Rig(),
         solver=Solver(lump_block_elasticity=False),
     )
+    height = course * courses
     wall = Wall(
-        length=strip.length,
-        height=course * courses,
-        thickness=thickness,
-        block_length=h,
-        block_height=course,
-        bond="stack",
+        length=strip.length, height=height, thickness=thickness, block_length=h, block_height=course, bond="stack"
     )
     scene = replace(scene, wall=wall, footing=replace(scene.footing, joint=bed))
     model = wall_model(scene)
     if courses > 1:
         face, law = model.interfaces, model.properties
         stiff = face.kind == ContactKind.BED_JOINT
-        model = replace(
-            model,
-            properties=law._replace(
-                normal_stiffness=np.where(stiff, 1e14, law.normal_stiffness),
-                shear_stiffness=np.where(stiff, 1e14, law.shear_stiffness),
-            ),
+        properties = law._replace(
+            normal_stiffness=np.where(stiff, 1e14, law.normal_stiffness),
+            shear_stiffness=np.where(stiff, 1e14, law.shear_stiffness),
         )
+        model = replace(model, properties=properties)
     last = path_of(model, solver or scene.solver, 2)[-1]
     assert last.end.unloaded == "jacks"
     return -last.footing.deflection

@@ -40,12 +40,8 @@ STRUCK = ClosedForm(
 
 def weightless(unit: Unit, count: int, material: BlockMaterial | None = None) -> Assembly:
     """Return a stack whose joints do not open, without gravity."""
-    assembly = Assembly(
-        thickness=unit.t,
-        gravity=(0.0, 0.0),
-        block=material or unit.material,
-        joint=unit.joint(tensile_strength=1e12, cohesion=1e12),
-    )
+    joint = unit.joint(tensile_strength=1e12, cohesion=1e12)
+    assembly = Assembly(thickness=unit.t, gravity=(0.0, 0.0), block=material or unit.material, joint=joint)
     for i in range(count):
         assembly.add_block(unit.at(0.0, i * unit.h), course=i)
     assembly.rest_on_ground([0])

@@ -23,12 +23,9 @@ def test_advance_downhill_in_each_cycle(amplitude: float, method: str) -> None:
     across, down = np.array([np.cos(np.arctan(SLOPE)), np.sin(np.arctan(SLOPE))])
     weight, bed, shear_stiffness = 1000.0 * 1.0 * 0.1 * 0.1 * G, 0.4 * 0.1, 1e8
     elastic = 2.0 * weight * (FRICTION * across - down) / (shear_stiffness * bed)
-    wall = Assembly(
-        thickness=0.1,
-        gravity=(G * down, -G * across),
-        joint=Joint(normal_stiffness=1e9, shear_stiffness=shear_stiffness, friction=FRICTION, **DRY),
-        block=BlockMaterial(density=1000.0),
-    )
+    joint = Joint(normal_stiffness=1e9, shear_stiffness=shear_stiffness, friction=FRICTION, **DRY)
+    gravity = (G * down, -G * across)
+    wall = Assembly(thickness=0.1, gravity=gravity, joint=joint, block=BlockMaterial(density=1000.0))
     upper = wall.add_block([(0.0, -0.1), (0.4, -0.1), (0.4, 0.0), (0.0, 0.0)])
     lower = wall.add_block([(0.6, -0.1), (1.0, -0.1), (1.0, 0.0), (0.6, 0.0)])
     block = wall.add_block([(0.0, 0.0), (1.0, 0.0), (1.0, 0.1), (0.0, 0.1)])

@@ -55,12 +55,11 @@ def test_a_column_rises_and_stays_free_of_stress() -> None:
 
 def test_shrinkage_cracks_a_wall_that_is_held() -> None:
     """Bricks that shrink between stiff ground and bond crack the wall; growth of the same size presses it."""
-    held = Scene(
-        wall=Wall(length=6.0, height=1.2),
-        joint=Joint(fracture_energy=10.0),
-        movement=Movement(central_deflection=0.0, increments=6),
-        loads=Loads(roof="10 kN"),
-    )
+    wall = Wall(length=6.0, height=1.2)
+    movement = Movement(central_deflection=0.0, increments=6)
+    joint = Joint(fracture_energy=10.0)
+    loads = Loads(roof="10 kN")
+    held = Scene(wall=wall, joint=joint, movement=movement, loads=loads)
     widths = {}
     for growth in (-0.6e-3, 0.6e-3):
         found = solve(replace(held, strain=Strain(growth=growth)))
