@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from damagepred import InputError, Scene
+from damagepred import InputError, Joint, Scene, Wall
 from damagepred.assembly.wall import wall_model
 from damagepred.enumerations import ContactKind
 
@@ -48,3 +49,25 @@ def test_values_that_vary_from_joint_to_joint(given: dict[str, Any] | None) -> N
 def test_what_makes_no_joint_is_refused() -> None:
     with pytest.raises(InputError, match="dilation"):
         scene(head_joint={"friction": 0.1, "dilation": 0.2})
+
+
+STRENGTHS = ("tensile_strength", "cohesion", "residual_tensile_strength", "residual_cohesion")
+MORTAR = Joint(tensile_strength=0.2e6, cohesion=0.3e6, residual_tensile_strength=0.05e6, residual_cohesion=0.1e6)
+SMALL = Scene(wall=Wall(length=1.2, height=0.45, block_length=0.4, block_height=0.15), joint=MORTAR)
+
+
+def factored(scene: Scene, factor: float) -> Scene:
+    return replace(scene, joint=replace(scene.joint, strength_factor=factor))
+
+
+def test_all_strengths_of_beds_and_heads_are_multiplied_and_nothing_else() -> None:
+    times = {name: 1.5 * getattr(MORTAR, name) for name in STRENGTHS}
+    found = wall_model(factored(SMALL, 1.5)).properties
+    expected = wall_model(replace(SMALL, joint=replace(MORTAR, **times))).properties
+    for name, value in found._asdict().items():
+        assert value == pytest.approx(getattr(expected, name), rel=1e-15), name
+
+
+def test_a_factor_of_nothing_is_refused() -> None:
+    with pytest.raises(InputError, match="strength_factor"):
+        Scene.from_dict({"joint": {"strength_factor": 0.0}})
