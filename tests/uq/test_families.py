@@ -31,148 +31,67 @@ def truncated_cdf(mean: float, std: float, lower: float, upper: float) -> Callab
     return lambda x: (special.ndtr((x - mean) / std) - low) / (high - low)
 
 
-# variable as written, its unit, cumulative distribution in SI; of some mean and standard deviation: by hand, not by
-# scipy.stats
-FAMILIES: dict[str, tuple] = {
-    "weibull, own": (
-        {"distribution": "weibull", "shape": 2.0, "scale": "0.5 MPa"},
-        "Pa",
-        lambda x: 1 - np.exp(-((x / 5e5) ** 2)),
-        5e5 * math.gamma(1.5),
-        5e5 * math.sqrt(1 - math.gamma(1.5) ** 2),
-    ),
-    "weibull, mean": (  # cov of shape 2: sqrt(4/pi - 1)
-        {"distribution": "weibull", "mean": 1.0, "cov": math.sqrt(4 / math.pi - 1)},
-        "1",
-        lambda x: 1 - np.exp(-((x * math.gamma(1.5)) ** 2)),
-        1.0,
-        math.sqrt(4 / math.pi - 1),
-    ),
-    "weibull, from a lower end": (  # shape 1 is exponential
-        {"distribution": "weibull", "mean": 3.0, "std": 1.0, "lower": 2.0},
-        "1",
-        lambda x: 1 - np.exp(-(x - 2.0)),
-        3.0,
-        1.0,
-    ),
-    "gamma, own": (
-        {"distribution": "gamma", "shape": 3.0, "scale": 2.0},
-        "1",
-        lambda x: special.gammainc(3.0, x / 2.0),
-        6.0,
-        2 * math.sqrt(3),
-    ),
-    "gamma, cov": (
-        {"distribution": "gamma", "mean": "8 mm", "cov": 0.5},
-        "m",
-        lambda x: special.gammainc(4.0, x / 2e-3),
-        8e-3,
-        4e-3,
-    ),
-    "gamma, from a lower end": (
-        {"distribution": "gamma", "mean": 10.0, "std": 4.0, "lower": 2.0},
-        "1",
-        lambda x: special.gammainc(4.0, (x - 2) / 2),
-        10.0,
-        4.0,
-    ),
-    "beta, own": (
-        {"distribution": "beta", "alpha": 2.0, "beta": 3.0, "lower": "0.3", "upper": 0.8},
-        "1",
-        lambda x: special.betainc(2.0, 3.0, (x - 0.3) / 0.5),
-        0.5,
-        0.1,
-    ),
-    "beta, std": (
-        {"distribution": "beta", "mean": 0.5, "std": 0.1, "lower": 0.3, "upper": 0.8},
-        "1",
-        lambda x: special.betainc(2.0, 3.0, (x - 0.3) / 0.5),
-        0.5,
-        0.1,
-    ),
-    "uniform, mean": (
-        {"distribution": "uniform", "mean": "50 mm", "std": f"{10 / math.sqrt(3)} mm"},
-        "m",
-        lambda x: np.clip((x - 0.04) / 0.02, 0, 1),
-        0.05,
-        0.01 / math.sqrt(3),
-    ),
-    "scipy, own": (
-        {"distribution": "scipy", "name": "gumbel_r", "parameters": {"loc": "0.4 MPa", "scale": "0.1 MPa"}},
-        "Pa",
-        lambda x: np.exp(-np.exp(-(x - 4e5) / 1e5)),
-        4e5 + 1e5 * np.euler_gamma,
-        1e5 * math.pi / math.sqrt(6),
-    ),
-    "scipy, mean": (
-        {"distribution": "scipy", "name": "gumbel_r", "mean": 2.0, "cov": math.pi / math.sqrt(6) / 2},
-        "1",
-        lambda x: np.exp(-np.exp(-(x - 2.0 + np.euler_gamma))),
-        2.0,
-        math.pi / math.sqrt(6),
-    ),
-    "scipy, with a shape": (
-        {"distribution": "scipy", "name": "triang", "parameters": {"c": 0.5}, "mean": 3.0, "std": 1 / math.sqrt(6)},
-        "1",
-        lambda x: np.where(x < 3, (x - 2) ** 2 / 2, 1 - (4 - x) ** 2 / 2),
-        3.0,
-        1 / math.sqrt(6),
-    ),
+def of(distribution: str, **keys: object) -> dict[str, object]:
+    return {"distribution": distribution, **keys}
+
+
+GAMMA, GUMBEL = math.gamma(1.5), math.pi / math.sqrt(6)  # mean of Weibull at shape 2, deviation of Gumbel
+FLAWED = of("normal", weight=1, mean="0.5 MPa", cov=0.1)
+# variable as written, and its unit
+FAMILIES = {
+    "weibull, own": (of("weibull", shape=2.0, scale="0.5 MPa"), "Pa"),
+    "weibull, mean": (of("weibull", mean=1.0, cov=math.sqrt(4 / math.pi - 1)), "1"),  # cov of shape 2
+    "weibull, from a lower end": (of("weibull", mean=3.0, std=1.0, lower=2.0), "1"),  # shape 1 is exponential
+    "gamma, own": (of("gamma", shape=3.0, scale=2.0), "1"),
+    "gamma, cov": (of("gamma", mean="8 mm", cov=0.5), "m"),
+    "gamma, from a lower end": (of("gamma", mean=10.0, std=4.0, lower=2.0), "1"),
+    "beta, own": (of("beta", alpha=2.0, beta=3.0, lower="0.3", upper=0.8), "1"),
+    "beta, std": (of("beta", mean=0.5, std=0.1, lower=0.3, upper=0.8), "1"),
+    "uniform, mean": (of("uniform", mean="50 mm", std=f"{10 / math.sqrt(3)} mm"), "m"),
+    "scipy, own": (of("scipy", name="gumbel_r", parameters={"loc": "0.4 MPa", "scale": "0.1 MPa"}), "Pa"),
+    "scipy, mean": (of("scipy", name="gumbel_r", mean=2.0, cov=math.pi / math.sqrt(6) / 2), "1"),
+    "scipy, with a shape": (of("scipy", name="triang", parameters={"c": 0.5}, mean=3.0, std=1 / math.sqrt(6)), "1"),
+    "mixture": (of("mixture", components=[of("normal", weight=19, mean="1 MPa", cov=0.1), FLAWED]), "Pa"),
+    "lognormal, cov": (of("lognormal", mean=3e5, cov=0.4), "Pa"),
+    "lognormal, cov, unit": (of("lognormal", mean="0.3 MPa", cov="40 %"), "Pa"),
+    "lognormal, std, unit": (of("lognormal", mean="0.3 MPa", std="120 kPa"), "Pa"),
+    "lognormal, median": (of("lognormal", median="8 mm", dispersion=0.45), "m"),
+    "normal, cov": (of("normal", mean=2000.0, cov=0.05), "kg/m**3"),
+    "normal, std, unit": (of("normal", mean="2 t/m3", std="100 kg/m3"), "kg/m**3"),
+    "normal, negative mean": (of("normal", mean=-2.0, cov=0.5), "1"),
+    "truncated, cov": (of("truncated_normal", mean=0.5, cov=0.2, lower=0.3, upper=0.7), "1"),
+    "truncated, off centre": (of("truncated_normal", mean="8 mm", std="4 mm", lower=0.0, upper="10 mm"), "m"),
+    "uniform": (of("uniform", lower="40 mm", upper="6 cm"), "m"),
+}
+# cumulative distribution in SI; of some mean and standard deviation: by hand, not by scipy.stats
+EXACT: dict[str, tuple] = {
+    "weibull, own": (lambda x: 1 - np.exp(-((x / 5e5) ** 2)), 5e5 * GAMMA, 5e5 * math.sqrt(1 - GAMMA**2)),
+    "weibull, mean": (lambda x: 1 - np.exp(-((x * GAMMA) ** 2)), 1.0, math.sqrt(4 / math.pi - 1)),
+    "weibull, from a lower end": (lambda x: 1 - np.exp(-(x - 2.0)), 3.0, 1.0),
+    "gamma, own": (lambda x: special.gammainc(3.0, x / 2.0), 6.0, 2 * math.sqrt(3)),
+    "gamma, cov": (lambda x: special.gammainc(4.0, x / 2e-3), 8e-3, 4e-3),
+    "gamma, from a lower end": (lambda x: special.gammainc(4.0, (x - 2) / 2), 10.0, 4.0),
+    "beta, own": (lambda x: special.betainc(2.0, 3.0, (x - 0.3) / 0.5), 0.5, 0.1),
+    "beta, std": (lambda x: special.betainc(2.0, 3.0, (x - 0.3) / 0.5), 0.5, 0.1),
+    "uniform, mean": (lambda x: np.clip((x - 0.04) / 0.02, 0, 1), 0.05, 0.01 / math.sqrt(3)),
+    "scipy, own": (lambda x: np.exp(-np.exp(-(x - 4e5) / 1e5)), 4e5 + 1e5 * np.euler_gamma, 1e5 * GUMBEL),
+    "scipy, mean": (lambda x: np.exp(-np.exp(-(x - 2.0 + np.euler_gamma))), 2.0, GUMBEL),
+    "scipy, with a shape": (lambda x: np.where(x < 3, (x - 2) ** 2 / 2, 1 - (4 - x) ** 2 / 2), 3.0, 1 / math.sqrt(6)),
     "mixture": (
-        {
-            "distribution": "mixture",
-            "components": [
-                {"weight": 19, "distribution": "normal", "mean": "1 MPa", "cov": 0.1},
-                {"weight": 1, "distribution": "normal", "mean": "0.5 MPa", "cov": 0.1},
-            ],
-        },
-        "Pa",
         lambda x: 0.95 * special.ndtr((x - 1e6) / 1e5) + 0.05 * special.ndtr((x - 5e5) / 5e4),
         0.975e6,
         math.sqrt(0.95 * (1e10 + 0.025e6**2) + 0.05 * (2.5e9 + 0.475e6**2)),
     ),
-    "lognormal, cov": ({"distribution": "lognormal", "mean": 3e5, "cov": 0.4}, "Pa", lognormal_cdf(3e5, 0.4)),
-    "lognormal, cov, unit": (
-        {"distribution": "lognormal", "mean": "0.3 MPa", "cov": "40 %"},
-        "Pa",
-        lognormal_cdf(3e5, 0.4),
-    ),
-    "lognormal, std, unit": (
-        {"distribution": "lognormal", "mean": "0.3 MPa", "std": "120 kPa"},
-        "Pa",
-        lognormal_cdf(3e5, 0.4),
-    ),
-    "lognormal, median": (
-        {"distribution": "lognormal", "median": "8 mm", "dispersion": 0.45},
-        "m",
-        lambda x: special.ndtr(np.log(x / 8e-3) / 0.45),
-    ),
-    "normal, cov": (
-        {"distribution": "normal", "mean": 2000.0, "cov": 0.05},
-        "kg/m**3",
-        lambda x: special.ndtr((x - 2000) / 100),
-    ),
-    "normal, std, unit": (
-        {"distribution": "normal", "mean": "2 t/m3", "std": "100 kg/m3"},
-        "kg/m**3",
-        lambda x: special.ndtr((x - 2000) / 100),
-    ),
-    "normal, negative mean": (
-        {"distribution": "normal", "mean": -2.0, "cov": 0.5},
-        "1",
-        lambda x: special.ndtr((x + 2) / 1.0),
-    ),
-    "truncated, cov": (
-        {"distribution": "truncated_normal", "mean": 0.5, "cov": 0.2, "lower": 0.3, "upper": 0.7},
-        "1",
-        truncated_cdf(0.5, 0.1, 0.3, 0.7),
-    ),
-    "truncated, off centre": (
-        {"distribution": "truncated_normal", "mean": "8 mm", "std": "4 mm", "lower": 0.0, "upper": "10 mm"},
-        "m",
-        truncated_cdf(8e-3, 4e-3, 0.0, 1e-2),
-    ),
-    "uniform": ({"distribution": "uniform", "lower": "40 mm", "upper": "6 cm"}, "m", lambda x: (x - 0.04) / 0.02),
+    "lognormal, cov": (lognormal_cdf(3e5, 0.4),),
+    "lognormal, cov, unit": (lognormal_cdf(3e5, 0.4),),
+    "lognormal, std, unit": (lognormal_cdf(3e5, 0.4),),
+    "lognormal, median": (lambda x: special.ndtr(np.log(x / 8e-3) / 0.45),),
+    "normal, cov": (lambda x: special.ndtr((x - 2000) / 100),),
+    "normal, std, unit": (lambda x: special.ndtr((x - 2000) / 100),),
+    "normal, negative mean": (lambda x: special.ndtr((x + 2) / 1.0),),
+    "truncated, cov": (truncated_cdf(0.5, 0.1, 0.3, 0.7),),
+    "truncated, off centre": (truncated_cdf(8e-3, 4e-3, 0.0, 1e-2),),
+    "uniform": (lambda x: (x - 0.04) / 0.02,),
 }
 
 
@@ -183,7 +102,7 @@ def sampled(written: dict, unit: str, count: int = 4000, seed: int = 3) -> np.nd
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_samples_follow_the_stated_distribution(name: str):
-    written, unit, cdf, *moments = FAMILIES[name]
+    (written, unit), (cdf, *moments) = FAMILIES[name], EXACT[name]
     assert stats.kstest(sampled(written, unit), cdf).pvalue > 1e-3
     frozen = build(Variable, written, "study.toml").frozen(PLACE, unit)
     if moments:
@@ -194,7 +113,7 @@ def test_samples_follow_the_stated_distribution(name: str):
 
 
 def test_a_discrete_distribution_of_scipy():
-    written = {"distribution": "scipy", "name": "poisson", "parameters": {"mu": 2.5, "loc": 1}}
+    written = of("scipy", name="poisson", parameters={"mu": 2.5, "loc": 1})
     values = sampled(written, "1", 8000) - 1
     expected = np.array([math.exp(-2.5) * 2.5**k / math.factorial(k) for k in range(6)])
     count = np.bincount(np.minimum(values.astype(int), 6), minlength=7)
@@ -205,7 +124,7 @@ def test_joints_without_bond():
     """A share of joints that have none at all, the others lognormal: an atom and a density, joint by joint."""
     sound = {"weight": 0.9, "distribution": "lognormal", "mean": 1.0, "cov": 0.3}
     none = {"weight": 0.1, "distribution": "discrete", "values": [0.0]}
-    variable = build(Variable, {"distribution": "mixture", "components": [sound, none]}, "study.toml")
+    variable = build(Variable, of("mixture", components=[sound, none]), "study.toml")
     field = Variable(distribution="mixture", components=variable.components, field=JointField(course_correlation=0.4))
     design = Design.make({PLACE: field}, {PLACE: "1"}, {}, "sobol", 1)
     values = np.array([design.joint_values(i, np.arange(300) // 20)[PLACE] for i in range(40)])
@@ -246,12 +165,12 @@ def test_a_study_beside_its_file_keeps_the_values_themselves(tmp_path: Path):
         ({"unit": "mm"}, ["unit = 'mm'", "wrong kind of unit"]),
         ({"column": None}, ["the name of a column"]),
         ({"values": (1.0,)}, ["no values"]),
-        ({"distribution": "discrete"}, ["distribution = 'empirical'"]),
+        (of("discrete"), ["distribution = 'empirical'"]),
     ],
 )
 def test_files_that_cannot_be_read(tmp_path: Path, change: dict, words: list[str]):
     (tmp_path / "bond.csv").write_text(MEASURED)
-    written = {"distribution": "empirical", "file": "bond.csv", "column": "strength", "unit": "MPa"} | change
+    written = of("empirical", file="bond.csv", column="strength", unit="MPa") | change
     with pytest.raises(InputError) as caught:
         Variable(**written).with_values(PLACE, "Pa", tmp_path)
     for word in [f'[variables."{PLACE}"]', *words]:
@@ -266,85 +185,70 @@ def test_a_word_in_a_column_of_numbers(tmp_path: Path):
 
 # -- messages ----------------------------------------------------------------------------------------------------------
 
-TWO = [{"weight": 1, "distribution": "normal", "mean": 1, "cov": 0.1}] * 2
+TWO = [of("normal", weight=1, mean=1, cov=0.1)] * 2
 
 WRONG: dict[str, tuple[dict, list[str]]] = {
-    "weibull half": ({"distribution": "weibull", "shape": 2}, ["weibull", "shape and scale", "given: shape"]),
-    "weibull below": ({"distribution": "weibull", "mean": 1, "cov": 0.1, "lower": 2}, ["mean = 1", "greater than 2"]),
-    "weibull narrow": ({"distribution": "weibull", "mean": 1, "cov": 1e-4}, ["0.0001", "0.005 to 10"]),
-    "gamma negative": ({"distribution": "gamma", "mean": -1, "cov": 0.1}, ["mean = -1", "greater than 0"]),
-    "beta open": ({"distribution": "beta", "alpha": 2, "beta": 2}, ["alpha and beta and lower and upper"]),
-    "beta outside": (
-        {"distribution": "beta", "mean": 2, "std": 0.1, "lower": 0, "upper": 1},
-        ["mean = 2", "between lower and"],
-    ),
-    "beta wide": (
-        {"distribution": "beta", "mean": 0.5, "std": 0.6, "lower": 0, "upper": 1},
-        ["below 0.5", "given: 0.6"],
-    ),
-    "discrete nothing": ({"distribution": "discrete"}, ["values: has none"]),
-    "discrete mean": ({"distribution": "discrete", "values": [1], "mean": 1}, ["takes values and weights", "mean"]),
-    "discrete weights": ({"distribution": "discrete", "values": [1, 2], "weights": [1]}, ["weights: 1 of them for 2"]),
-    "discrete unit": ({"distribution": "discrete", "values": ["1 m"]}, ["values, item 1 = '1 m'", "wrong kind"]),
-    "empirical weights": ({"distribution": "empirical", "values": [1], "weights": [1]}, ["weights: is not read"]),
-    "normal values": ({"distribution": "normal", "mean": 1, "cov": 0.1, "values": [1]}, ["values: is not read"]),
-    "scipy nameless": ({"distribution": "scipy"}, ["name: is missing"]),
-    "scipy name": ({"distribution": "scipy", "name": "gumble_r"}, ["no such distribution", "Did you mean 'gumbel_r'"]),
+    "weibull half": (of("weibull", shape=2), ["weibull", "shape and scale", "given: shape"]),
+    "weibull below": (of("weibull", mean=1, cov=0.1, lower=2), ["mean = 1", "greater than 2"]),
+    "weibull narrow": (of("weibull", mean=1, cov=1e-4), ["0.0001", "0.005 to 10"]),
+    "gamma negative": (of("gamma", mean=-1, cov=0.1), ["mean = -1", "greater than 0"]),
+    "beta open": (of("beta", alpha=2, beta=2), ["alpha and beta and lower and upper"]),
+    "beta outside": (of("beta", mean=2, std=0.1, lower=0, upper=1), ["mean = 2", "between lower and"]),
+    "beta wide": (of("beta", mean=0.5, std=0.6, lower=0, upper=1), ["below 0.5", "given: 0.6"]),
+    "discrete nothing": (of("discrete"), ["values: has none"]),
+    "discrete mean": (of("discrete", values=[1], mean=1), ["takes values and weights", "mean"]),
+    "discrete weights": (of("discrete", values=[1, 2], weights=[1]), ["weights: 1 of them for 2"]),
+    "discrete unit": (of("discrete", values=["1 m"]), ["values, item 1 = '1 m'", "wrong kind"]),
+    "empirical weights": (of("empirical", values=[1], weights=[1]), ["weights: is not read"]),
+    "normal values": (of("normal", mean=1, cov=0.1, values=[1]), ["values: is not read"]),
+    "scipy nameless": (of("scipy"), ["name: is missing"]),
+    "scipy name": (of("scipy", name="gumble_r"), ["no such distribution", "Did you mean 'gumbel_r'"]),
     "scipy key": (
-        {"distribution": "scipy", "name": "gumbel_r", "parameters": {"scal": 1}},
+        of("scipy", name="gumbel_r", parameters={"scal": 1}),
         ["parameters.scal", "takes here loc, scale", "Did you mean 'scale'"],
     ),
-    "scipy shape missing": ({"distribution": "scipy", "name": "triang"}, ["also needs c"]),
-    "scipy impossible": (
-        {"distribution": "scipy", "name": "triang", "parameters": {"c": 2}},
-        ["no distribution with c = 2"],
-    ),
+    "scipy shape missing": (of("scipy", name="triang"), ["also needs c"]),
+    "scipy impossible": (of("scipy", name="triang", parameters={"c": 2}), ["no distribution with c = 2"]),
     "scipy both": (
-        {"distribution": "scipy", "name": "norm", "mean": 1, "cov": 0.1, "parameters": {"loc": 1}},
+        of("scipy", name="norm", mean=1, cov=0.1, parameters={"loc": 1}),
         ["parameters.loc", "follow from mean and scatter"],
     ),
-    "scipy half": ({"distribution": "scipy", "name": "norm", "mean": 1}, ["or mean and cov, or mean and std"]),
-    "scipy no moments": ({"distribution": "scipy", "name": "cauchy", "mean": 1, "cov": 1}, ["no mean and scatter"]),
+    "scipy half": (of("scipy", name="norm", mean=1), ["or mean and cov, or mean and std"]),
+    "scipy no moments": (of("scipy", name="cauchy", mean=1, cov=1), ["no mean and scatter"]),
     "scipy discrete mean": (
-        {"distribution": "scipy", "name": "poisson", "mean": 1, "cov": 1, "parameters": {"mu": 1}},
+        of("scipy", name="poisson", mean=1, cov=1, parameters={"mu": 1}),
         ["is discrete and takes its own"],
     ),
-    "mixture of one": ({"distribution": "mixture", "components": TWO[:1]}, ["has 1; a mixture takes two or more"]),
-    "mixture with a mean": ({"distribution": "mixture", "mean": 0, "components": TWO}, ["takes components", "mean"]),
+    "mixture of one": (of("mixture", components=TWO[:1]), ["has 1; a mixture takes two or more"]),
+    "mixture with a mean": (of("mixture", mean=0, components=TWO), ["takes components", "mean"]),
     "mixture's part": (
-        {"distribution": "mixture", "components": [TWO[0], {"weight": 1, "distribution": "normal", "mean": 1}]},
+        of("mixture", components=[TWO[0], of("normal", weight=1, mean=1)]),
         ["component 2: a normal distribution takes"],
     ),
-    "no mixture": (
-        {"distribution": "normal", "mean": 1, "cov": 1, "components": TWO},
-        ["with distribution = 'mixture' only"],
-    ),
-    "nothing": ({"distribution": "lognormal"}, ["mean and cov or mean and std or median and dispersion", "nothing"]),
-    "half": ({"distribution": "normal", "mean": 1.0}, ["a normal distribution takes mean and cov", "given: mean"]),
+    "no mixture": (of("normal", mean=1, cov=1, components=TWO), ["with distribution = 'mixture' only"]),
+    "nothing": (of("lognormal"), ["mean and cov or mean and std or median and dispersion", "nothing"]),
+    "half": (of("normal", mean=1.0), ["a normal distribution takes mean and cov", "given: mean"]),
     "too much": (
-        {"distribution": "lognormal", "mean": 1.0, "cov": 0.1, "std": 0.1},
+        of("lognormal", mean=1.0, cov=0.1, std=0.1),
         ["a lognormal distribution takes", "given: mean, std, cov"],
     ),
-    "another family's": (
-        {"distribution": "uniform", "median": 1.0, "dispersion": 0.1},
-        ["uniform", "takes lower and upper"],
-    ),
-    "no bounds": ({"distribution": "truncated_normal", "mean": 1.0, "cov": 0.1}, ["mean and cov and lower and upper"]),
-    "negative mean": ({"distribution": "lognormal", "mean": -1.0, "cov": 0.1}, ["mean = -1", "greater than 0"]),
-    "zero mean": ({"distribution": "lognormal", "mean": 0.0, "std": 0.1}, ["mean = 0", "greater than 0"]),
-    "zero median": ({"distribution": "lognormal", "median": 0.0, "dispersion": 0.1}, ["median = 0", "greater than 0"]),
-    "no scatter": ({"distribution": "normal", "mean": 0.0, "cov": 0.1}, ["standard deviation is 0", "std instead"]),
-    "negative std": ({"distribution": "normal", "mean": 1.0, "std": -0.1}, ["standard deviation is -0.1"]),
-    "bounds swapped": ({"distribution": "uniform", "lower": 2.0, "upper": 1.0}, ["lower = 2", "below upper = 1"]),
-    "bounds equal": ({"distribution": "uniform", "lower": 2.0, "upper": 2.0}, ["lower = 2", "below upper = 2"]),
+    "another family's": (of("uniform", median=1.0, dispersion=0.1), ["uniform", "takes lower and upper"]),
+    "no bounds": (of("truncated_normal", mean=1.0, cov=0.1), ["mean and cov and lower and upper"]),
+    "negative mean": (of("lognormal", mean=-1.0, cov=0.1), ["mean = -1", "greater than 0"]),
+    "zero mean": (of("lognormal", mean=0.0, std=0.1), ["mean = 0", "greater than 0"]),
+    "zero median": (of("lognormal", median=0.0, dispersion=0.1), ["median = 0", "greater than 0"]),
+    "no scatter": (of("normal", mean=0.0, cov=0.1), ["standard deviation is 0", "std instead"]),
+    "negative std": (of("normal", mean=1.0, std=-0.1), ["standard deviation is -0.1"]),
+    "bounds swapped": (of("uniform", lower=2.0, upper=1.0), ["lower = 2", "below upper = 1"]),
+    "bounds equal": (of("uniform", lower=2.0, upper=2.0), ["lower = 2", "below upper = 2"]),
     "bounds far off": (
-        {"distribution": "truncated_normal", "mean": 0.0, "std": 1.0, "lower": 9.0, "upper": 10.0},
+        of("truncated_normal", mean=0.0, std=1.0, lower=9.0, upper=10.0),
         ["no part of the distribution lies between"],
     ),
-    "wrong unit": ({"distribution": "normal", "mean": "8 mm", "cov": 0.1}, ["mean = '8 mm'", "'0.453 MPa'"]),
-    "wrong unit of cov": ({"distribution": "normal", "mean": 1.0, "std": "8 mm"}, ["std = '8 mm'", "'0.453 MPa'"]),
-    "nan": ({"distribution": "normal", "mean": "nan", "cov": 0.1}, ["mean = 'nan'", "finite"]),
-    "garbage": ({"distribution": "normal", "mean": "much", "cov": 0.1}, ["mean = 'much'", "number with a unit"]),
+    "wrong unit": (of("normal", mean="8 mm", cov=0.1), ["mean = '8 mm'", "'0.453 MPa'"]),
+    "wrong unit of cov": (of("normal", mean=1.0, std="8 mm"), ["std = '8 mm'", "'0.453 MPa'"]),
+    "nan": (of("normal", mean="nan", cov=0.1), ["mean = 'nan'", "finite"]),
+    "garbage": (of("normal", mean="much", cov=0.1), ["mean = 'much'", "number with a unit"]),
 }
 
 
@@ -372,7 +276,7 @@ def test_parameters_that_make_no_distribution(name: str):
 )
 def test_fields_that_are_none(field: dict, words: str):
     with pytest.raises(InputError, match="field") as caught:
-        build(Variable, {"distribution": "normal", "mean": 1, "cov": 0.1, "field": field}, "study.toml")
+        build(Variable, of("normal", mean=1, cov=0.1, field=field), "study.toml")
     assert words in str(caught.value)
 
 
@@ -387,16 +291,16 @@ def test_every_family_of_the_shipped_study_samples_in_si(data_folder: Path):
 @pytest.mark.parametrize(
     ("written", "words"),
     [
-        ({"distribution": "lognormla", "mean": 1, "cov": 0.1}, "Did you mean 'lognormal'"),
-        ({"distribution": "normal", "mean": 1, "cov": 0.0}, "cov = 0.0: must be greater than 0"),
-        ({"distribution": "normal", "mean": 1, "cov": -0.1}, "cov = -0.1: must be greater than 0"),
-        ({"distribution": "normal", "mean": 1, "cv": 0.1}, "Did you mean 'cov'"),
-        ({"distribution": "normal", "mean": True, "cov": 0.1}, "mean = True"),
-        ({"distribution": "normal", "mean": float("nan"), "cov": 0.1}, "mean"),
+        (of("lognormla", mean=1, cov=0.1), "Did you mean 'lognormal'"),
+        (of("normal", mean=1, cov=0.0), "cov = 0.0: must be greater than 0"),
+        (of("normal", mean=1, cov=-0.1), "cov = -0.1: must be greater than 0"),
+        (of("normal", mean=1, cv=0.1), "Did you mean 'cov'"),
+        (of("normal", mean=True, cov=0.1), "mean = True"),
+        (of("normal", mean=float("nan"), cov=0.1), "mean"),
         ({"mean": 1, "cov": 0.1}, "distribution: is missing"),
-        ({"distribution": "normal", "mean": 1, "cov": 0.1, "field": {"course_correlation": 1.0}}, "less than 1"),
-        ({"distribution": "normal", "mean": 1, "cov": 0.1, "field": {"course_correlation": -0.1}}, "at least 0"),
-        ({"distribution": "normal", "mean": 1, "cov": 0.1, "field": {"correlation": 0.1}}, "unknown key"),
+        (of("normal", mean=1, cov=0.1, field={"course_correlation": 1.0}), "less than 1"),
+        (of("normal", mean=1, cov=0.1, field={"course_correlation": -0.1}), "at least 0"),
+        (of("normal", mean=1, cov=0.1, field={"correlation": 0.1}), "unknown key"),
     ],
 )
 def test_keys_and_values_that_are_none(written: dict, words: str):
