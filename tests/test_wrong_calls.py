@@ -20,21 +20,8 @@ from damagepred.results import simple_assessment
 from damagepred.uq import fragility
 from tests.synthetic_studies import synthetic_study
 
-WRONG: tuple[Any, ...] = (
-    None,
-    "x",
-    "",
-    b"x",
-    -1,
-    0,
-    2.5,
-    math.nan,
-    math.inf,
-    -math.inf,
-    1e300,
-    -1e300,
-    10**400,
-    2**62,
+WRONG: tuple[Any, ...] = (None, "x", "", b"x", -1, 0, 2.5, math.nan, math.inf, -math.inf, 1e300, -1e300, 10**400, 2**62)
+WRONG += (
     True,
     [],
     {},
@@ -75,135 +62,95 @@ def assembly() -> Assembly:
     return made
 
 
-ONE = {"block": 0}
-CALLS: dict[str, tuple[Callable[[dict[str, Any]], Callable[..., Any]], dict[str, Any]]] = {
+Function = Callable[[dict[str, Any]], Callable[..., Any]]
+
+
+def of(function: Function, **arguments: object) -> tuple[Function, dict[str, Any]]:
+    return function, arguments
+
+
+CALLS: dict[str, tuple[Function, dict[str, Any]]] = {
     "solve": (
         lambda k: damagepred.solve,
-        {
-            "scene": "scene",
-            "increments": 1,
-            "solver": None,
-            "damage": None,
-            "dynamics": None,
-            "fields": {},
-            "on_failure": "return",
-            "on_step": None,
-            "store_zones": True,
-            "limits": damagepred.Limits(),
-        },
+        {"scene": "scene", "increments": 1, "solver": None, "damage": None, "dynamics": None, "fields": {}}
+        | {"on_failure": "return", "on_step": None, "store_zones": True, "limits": damagepred.Limits()},
     ),
-    "Limits": (lambda k: damagepred.Limits, {"memory": 1e9, "estimated_time": 1.0, "time": 1.0}),
-    "cracks": (lambda k: damagepred.cracks, {"ds": "wall", "hairline": 1e-4}),
-    "crack_profile": (lambda k: damagepred.crack_profile, {"ds": "wall", "increment": 1, "hairline": 1e-4}),
+    "Limits": of(lambda k: damagepred.Limits, memory=1e9, estimated_time=1.0, time=1.0),
+    "cracks": of(lambda k: damagepred.cracks, ds="wall", hairline=1e-4),
+    "crack_profile": of(lambda k: damagepred.crack_profile, ds="wall", increment=1, hairline=1e-4),
     "judge_again": (
         lambda k: damagepred.judge_again,
-        {
-            "ds": "wall",
-            "table": "bre251",
-            "plasterboard": False,
-            "count_rule": True,
-            "group_count": 2,
-            "group_distance": 1.0,
-            "dpc_threshold": 1e-3,
-            "measure": "band",
-            "band_gauge": 0.5,
-            "band_threshold": 0.0,
-        },
+        {"ds": "wall", "table": "bre251", "plasterboard": False, "count_rule": True, "group_count": 2}
+        | {"group_distance": 1.0, "dpc_threshold": 1e-3, "measure": "band", "band_gauge": 0.5}
+        | {"band_threshold": 0.0},
     ),
-    "open_study": (lambda k: damagepred.open_study, {"path": "folder"}),
-    "simple_methods": (
-        lambda k: damagepred.simple_methods,
-        {"scene": "scene", "deflection_ratio": 1e-3, "ground_strain": 1e-4, "modulus_ratio": 2.6},
+    "open_study": of(lambda k: damagepred.open_study, path="folder"),
+    "simple_methods": of(
+        lambda k: damagepred.simple_methods, scene="scene", deflection_ratio=1e-3, ground_strain=1e-4, modulus_ratio=2.6
     ),
-    "simple_category": (lambda k: simple_assessment.simple_category, {"scene": "scene", "deflection_ratio": 1e-3}),
-    "angular_distortion": (
-        lambda k: simple_assessment.angular_distortion,
-        {"scene": "scene", "deflection_ratio": 1e-3},
-    ),
+    "simple_category": of(lambda k: simple_assessment.simple_category, scene="scene", deflection_ratio=1e-3),
+    "angular_distortion": of(lambda k: simple_assessment.angular_distortion, scene="scene", deflection_ratio=1e-3),
     "beam_strain": (
         lambda k: damage.beam_strain,
-        {
-            "deflection_ratio": 1e-3,
-            "length": 6.0,
-            "height": 2.4,
-            "kind": "dishing",
-            "modulus_ratio": 2.6,
-            "ground_strain": 0.0,
-            "poisson_ratio": 0.3,
-        },
+        {"deflection_ratio": 1e-3, "length": 6.0, "height": 2.4, "kind": "dishing", "modulus_ratio": 2.6}
+        | {"ground_strain": 0.0, "poisson_ratio": 0.3},
     ),
-    "load_table": (lambda k: damage.load_table, {"name": "as2870"}),
-    "read_table": (lambda k: damage.read_table, {"path": "folder"}),
+    "load_table": of(lambda k: damage.load_table, name="as2870"),
+    "read_table": of(lambda k: damage.read_table, path="folder"),
     "subset_simulation": (
         lambda k: damagepred.subset_simulation,
-        {
-            "limit_state": lambda z, *rest: z[:, 0],
-            "dimensions": 2,
-            "samples": 50,
-            "level_share": 0.1,
-            "seed": 0,
-            "max_levels": 2,
-            "confidence": 0.9,
-        },
+        {"limit_state": lambda z, *rest: z[:, 0], "dimensions": 2, "samples": 50, "level_share": 0.1, "seed": 0}
+        | {"max_levels": 2, "confidence": 0.9},
     ),
     "fit_fragility": (
         lambda k: damagepred.fit_fragility,
-        {
-            "ds": "ds",
-            "model": "separate",
-            "intensity": None,
-            "categories": [1],
-            "confidence": 0.9,
-            "bootstrap": 10,
-            "goodness": 2,
-            "seed": 0,
-            "points": 11,
-        },
+        {"ds": "ds", "model": "separate", "intensity": None, "categories": [1], "confidence": 0.9}
+        | {"bootstrap": 10, "goodness": 2, "seed": 0, "points": 11},
     ),
-    "fit_lognormal": (lambda k: fragility.fit_lognormal, {"lower": [0.0, 1.0], "upper": [1.0, 2.0], "count": [1, 1]}),
-    "turnbull": (lambda k: fragility.turnbull, {"lower": [0.0, 1.0], "upper": [1.0, 2.0], "weight": [1.0, 1.0]}),
-    "normalised_weights": (lambda k: fragility.normalised_weights, {"weight": [1.0, 2.0], "upper": [1.0, math.inf]}),
-    "site_class": (lambda k: scene.site_class, {"surface_movement": 0.03}),
-    "standard_footing": (lambda k: scene.standard_footing, {"site": "M", "construction": "clad frame"}),
-    "suction_depth": (lambda k: scene.suction_depth, {"zone": 3}),
-    "curves_frame": (lambda k: exports.curves_frame, {"curves": "curves"}),
-    "openquake_xml": (lambda k: exports.openquake_xml, {"curves": "curves", "form": "discrete", "identifier": "x"}),
-    "pelicun_frame": (lambda k: exports.pelicun_frame, {"curves": "curves", "component": "a", "categories": [1]}),
-    "frame": (lambda k: exports.frame, {"ds": "ds"}),
-    "walls_frame": (lambda k: exports.walls_frame, {"ds": "ds"}),
-    "report_place": (lambda k: report.report_place, {"path": "folder"}),
-    "draw_wall": (lambda k: plotting.draw_wall, {"ds": "wall", "increment": 1, "exaggeration": 10.0, "slips": True}),
-    "draw_scene": (lambda k: plotting.draw_scene, {"scene": "scene"}),
-    "draw_history": (lambda k: plotting.draw_history, {"ds": "wall"}),
-    "draw_fragility": (lambda k: plotting.draw_fragility, {"curves": "curves"}),
-    "draw": (lambda k: plotting.draw, {"ds": "ds", "variable": "crack_width_max"}),
-    "draw_category_shares": (lambda k: plotting.draw_category_shares, {"ds": "ds"}),
-    "footing_alone": (lambda k: footing_alone, {"scene": "scene", "line_load": 0.0}),
-    "wall_model": (lambda k: wall_model, {"scene": "scene", "fields": {}}),
-    "wall_geometry": (lambda k: wall_geometry, {"scene": "scene"}),
-    "wall_cost": (lambda k: wall_cost, {"scene": "scene", "increments": 3}),
-    "Study.sample": (lambda k: k["study"].sample, {"number": 0, "samples": 4}),
-    "Study.function": (lambda k: k["study"].function, {"outputs": ["damage_category"], "movement": "path"}),
-    "Study.design_dataset": (lambda k: k["study"].design_dataset, {"samples": 4}),
-    "StudyFunction": (lambda k: study.StudyFunction, {"settings": None, "outputs": [], "movement": "path"}),
-    "Assembly": (lambda k: Assembly, {"thickness": 0.1, "gravity": (0.0, -9.81), "joint": None, "block": None}),
+    "fit_lognormal": of(lambda k: fragility.fit_lognormal, lower=[0.0, 1.0], upper=[1.0, 2.0], count=[1, 1]),
+    "turnbull": of(lambda k: fragility.turnbull, lower=[0.0, 1.0], upper=[1.0, 2.0], weight=[1.0, 1.0]),
+    "normalised_weights": of(lambda k: fragility.normalised_weights, weight=[1.0, 2.0], upper=[1.0, math.inf]),
+    "site_class": of(lambda k: scene.site_class, surface_movement=0.03),
+    "standard_footing": of(lambda k: scene.standard_footing, site="M", construction="clad frame"),
+    "suction_depth": of(lambda k: scene.suction_depth, zone=3),
+    "curves_frame": of(lambda k: exports.curves_frame, curves="curves"),
+    "openquake_xml": of(lambda k: exports.openquake_xml, curves="curves", form="discrete", identifier="x"),
+    "pelicun_frame": of(lambda k: exports.pelicun_frame, curves="curves", component="a", categories=[1]),
+    "frame": of(lambda k: exports.frame, ds="ds"),
+    "walls_frame": of(lambda k: exports.walls_frame, ds="ds"),
+    "report_place": of(lambda k: report.report_place, path="folder"),
+    "draw_wall": of(lambda k: plotting.draw_wall, ds="wall", increment=1, exaggeration=10.0, slips=True),
+    "draw_scene": of(lambda k: plotting.draw_scene, scene="scene"),
+    "draw_history": of(lambda k: plotting.draw_history, ds="wall"),
+    "draw_fragility": of(lambda k: plotting.draw_fragility, curves="curves"),
+    "draw": of(lambda k: plotting.draw, ds="ds", variable="crack_width_max"),
+    "draw_category_shares": of(lambda k: plotting.draw_category_shares, ds="ds"),
+    "footing_alone": of(lambda k: footing_alone, scene="scene", line_load=0.0),
+    "wall_model": of(lambda k: wall_model, scene="scene", fields={}),
+    "wall_geometry": of(lambda k: wall_geometry, scene="scene"),
+    "wall_cost": of(lambda k: wall_cost, scene="scene", increments=3),
+    "Study.sample": of(lambda k: k["study"].sample, number=0, samples=4),
+    "Study.function": of(lambda k: k["study"].function, outputs=["damage_category"], movement="path"),
+    "Study.design_dataset": of(lambda k: k["study"].design_dataset, samples=4),
+    "StudyFunction": of(lambda k: study.StudyFunction, settings=None, outputs=[], movement="path"),
+    "Assembly": of(lambda k: Assembly, thickness=0.1, gravity=(0.0, -9.81), joint=None, block=None),
     "add_block": (
         lambda k: assembly().add_block,
         {"vertices": [(2, 0), (3, 0), (3, 1)], "material": None, "course": 1, "zone_size": None, "thickness": 0.1},
     ),
-    "bear": (lambda k: assembly().bear, {**ONE, "x": 0.5, "joint": None, "width": 0.1}),
-    "move": (lambda k: assembly().move, {**ONE, "x": 0.0, "y": 0.0, "rotation": 0.0}),
-    "load": (lambda k: assembly().load, {**ONE, "x": 0.0, "y": 0.0, "moment": 0.0, "at": (0.0, 0.0)}),
-    "push": (lambda k: assembly().push, {**ONE, "x": 0.0, "y": 0.0, "moment": 0.0, "at": (0.0, 0.0)}),
-    "push_body": (lambda k: assembly().push_body, {"x": 0.1, "y": 0.0}),
-    "set_velocity": (lambda k: assembly().set_velocity, {**ONE, "x": 0.0, "y": 0.0, "rotation": 0.0}),
-    "support": (lambda k: assembly().support, {**ONE, "x": True, "y": True, "rotation": True}),
-    "set_joint": (lambda k: assembly().set_joint, {"a": 0, "b": 1, "joint": Joint(), "kind": None}),
-    "set_joint_above": (lambda k: assembly().set_joint_above, {"course": 0, "joint": Joint()}),
-    "rest_on_ground": (lambda k: assembly().rest_on_ground, {"blocks": [0], "displacement": None}),
-    "hold_points": (lambda k: assembly().hold_points, {**ONE, "where": lambda x, y: x > 0, "x": 0.0, "y": 0.0}),
-    "traction": (lambda k: assembly().traction, {**ONE, "where": lambda x, y: x > 0, "x": 0.0, "y": 0.0}),
-    "build": (lambda k: assembly().build, {"solver": None, "fields": None, "span": 1.0}),
+    "bear": of(lambda k: assembly().bear, block=0, x=0.5, joint=None, width=0.1),
+    "move": of(lambda k: assembly().move, block=0, x=0.0, y=0.0, rotation=0.0),
+    "load": of(lambda k: assembly().load, block=0, x=0.0, y=0.0, moment=0.0, at=(0.0, 0.0)),
+    "push": of(lambda k: assembly().push, block=0, x=0.0, y=0.0, moment=0.0, at=(0.0, 0.0)),
+    "push_body": of(lambda k: assembly().push_body, x=0.1, y=0.0),
+    "set_velocity": of(lambda k: assembly().set_velocity, block=0, x=0.0, y=0.0, rotation=0.0),
+    "support": of(lambda k: assembly().support, block=0, x=True, y=True, rotation=True),
+    "set_joint": of(lambda k: assembly().set_joint, a=0, b=1, joint=Joint(), kind=None),
+    "set_joint_above": of(lambda k: assembly().set_joint_above, course=0, joint=Joint()),
+    "rest_on_ground": of(lambda k: assembly().rest_on_ground, blocks=[0], displacement=None),
+    "hold_points": of(lambda k: assembly().hold_points, block=0, where=lambda x, y: x > 0, x=0.0, y=0.0),
+    "traction": of(lambda k: assembly().traction, block=0, where=lambda x, y: x > 0, x=0.0, y=0.0),
+    "build": of(lambda k: assembly().build, solver=None, fields=None, span=1.0),
 }
 
 
@@ -211,13 +158,13 @@ CALLS: dict[str, tuple[Callable[[dict[str, Any]], Callable[..., Any]], dict[str,
 @pytest.mark.timeout(120)
 def test_wrong_arguments(name: str, known: dict[str, Any]) -> None:
     """An error of another kind, or a message without an end, is a defect; some values are right for some arguments."""
-    of, arguments = CALLS[name]
+    function, arguments = CALLS[name]
     right = {key: known[v] if isinstance(v, str) and v in known else v for key, v in arguments.items()}
     said: list[str] = []
     for key in right:
         for value in WRONG:
             try:
-                of(known)(**right | {key: value})
+                function(known)(**right | {key: value})
             except DamagepredError as error:
                 said.append(str(error))
             plt.close("all")
@@ -283,12 +230,5 @@ def test_every_public_function_is_checked() -> None:
                 assert name in OF_THE_PACKAGE or hasattr(function, "__wrapped__"), name
 
 
-OF_THE_PACKAGE = {
-    "find_cracks",
-    "group_widths",
-    "judge",
-    "page_html",
-    "write_csv",
-    "as_function",
-    "deflection_over_strain",
-}
+OF_THE_PACKAGE = {"find_cracks", "group_widths", "judge", "page_html", "write_csv", "as_function"}
+OF_THE_PACKAGE |= {"deflection_over_strain"}

@@ -65,34 +65,21 @@ def invented(wall: xr.Dataset) -> xr.Dataset:
 @cache
 def solved(name: str) -> xr.Dataset:
     """Wall with the blocks and joints of a scene, and invented results."""
-    wall = {"length": 1.2, "height": 0.45}
+    wall, dpc, door = {"length": 1.2, "height": 0.45}, {"course": 1}, {"kind": "door", "x": 0.48, "width": 0.24}
+    shear = {"side": "left", "share": 2.0, "at": 0.25, "width": 0.1, "direction": "along"}
+    stages = [("dishing", 1e-4, 2), ("doming", 5e-5, 3), ("dishing", 0.0, 1)]
+    stage = [{"kind": kind, "central_deflection": size, "increments": n} for kind, size, n in stages]
     tables: dict[str, dict[str, Any]] = {
-        "door": {
-            "wall": wall,
-            "opening": [{"kind": "door", "x": 0.48, "width": 0.24, "height": 0.3}],
-            "control_joint": [{"x": 0.84}],
-        },
+        "door": {"wall": wall, "opening": [door | {"height": 0.3}], "control_joint": [{"x": 0.84}]},
         "pier": {
             "movement": {"shape": "loads", "increments": 3},
-            "load": [
-                {"at": 0.3, "width": 0.2},
-                {"side": "left", "share": 2.0, "at": 0.25, "width": 0.1, "direction": "along"},
-            ],
+            "load": [{"at": 0.3, "width": 0.2}, shear],
             "support": [{"x": 0.12, "width": 0.1}, {"x": 1.0, "width": 0.2}],
             "loading": {"control": "force", "force": "100 N"},
         },
         "broken": {"block": {"tensile_strength": 2e6, "fracture_energy": 80.0}},
-        "elastic": {"solver": {"blocks": "elastic"}, "dpc": {"course": 1}},
-        "history": {
-            "dpc": {"course": 1},
-            "movement": {
-                "central_deflection": 1e-4,
-                "stage": [
-                    {"kind": kind, "central_deflection": size, "increments": n}
-                    for kind, size, n in (("dishing", 1e-4, 2), ("doming", 5e-5, 3), ("dishing", 0.0, 1))
-                ],
-            },
-        },
+        "elastic": {"solver": {"blocks": "elastic"}, "dpc": dpc},
+        "history": {"dpc": dpc, "movement": {"central_deflection": 1e-4, "stage": stage}},
     }
     small = {"title": f"{name} for $5", "wall": wall, "movement": {"central_deflection": 1e-4, "increments": 2}}
     rigid = {"solver": {"blocks": "rigid"}}
@@ -170,6 +157,7 @@ def posterior(alike: bool) -> xr.Dataset:
         {"study": ["sag", "hog $"]},
     )
     if alike:
+        probability = ("study", "map_y", "map_x"), np.linspace(0.0, 0.9, 12).reshape(2, 2, 3), {"wider_than": 1e-3}
         described = Scene.from_dict({"wall": {"length": 0.96, "height": 0.225}}).to_toml()
         places = {"observed_x": [0.2, 0.5, 0.7], "observed_y": [0.05, 0.2, 0.1], "observed_width": [2e-3, 0.0, 4e-3]}
         levels = {"x": [0.1], "y": [0.0], "to_x": [0.8], "to_y": [0.1], "difference": [-3.2e-3]}
@@ -181,11 +169,7 @@ def posterior(alike: bool) -> xr.Dataset:
                 "map_x": ("map_x", [0.1, 0.5, 0.9]),
                 "map_y": ("map_y", [0.0, 0.2]),
                 "study_scene": ("study", [described] * 2),
-                "crack_probability": (
-                    ("study", "map_y", "map_x"),
-                    np.linspace(0.0, 0.9, 12).reshape(2, 2, 3),
-                    {"wider_than": 1e-3},
-                ),
+                "crack_probability": probability,
             }
         )
     return ds
@@ -243,6 +227,23 @@ def weighted(study: xr.Dataset) -> xr.Dataset:
     return ds.assign(weight=("sample", np.linspace(0.5, 2.0, 8)))
 
 
+OF_SITE = {"span": 6.0, "intensity_measure": "central_deflection"}
+MARKS = {"this site": (0.01, 0.02), "mean": (0.015, 0.015)}
+SAG, HOG = {"kind": "dishing", "central_deflection": 8e-3}, {"kind": "doming", "central_deflection": 4e-3}
+ON_JACKS = {"movement": {"shape": "jacks", "kind": "doming"}, "rig": {"jacks": [1.5, 2.5]}}
+TESTED = {
+    "movement": {"shape": "loads"},
+    "load": [{}, {"side": "right", "share": 3, "at": 0.5, "width": 0.4}],
+    "loading": {"force": "40 kN"},
+}
+TREE = {
+    "movement": {"shape": "mound", "kind": "settle"},
+    "mound": {"shape": "tree", "surface_movement": 0.02, "reach": 2},
+    "dpc": {"course": 2},
+    "loads": {"roof": "8 kN"},
+    "opening": [{"kind": "window", "x": 1.5, "y": 0.4, "width": 1.0, "height": 0.4}],
+    "control_joint": [{"x": 3.5}],
+}
 Draw = Callable[[Any], Figure | Axes | list[Axes]]
 PICTURES: dict[str, tuple[str, Draw]] = {
     # name: fixture, scene of `solved`, or nothing; drawing
@@ -279,58 +280,16 @@ PICTURES: dict[str, tuple[str, Draw]] = {
     "history": ("on_jacks", plotting.draw_history),
     "history_in_stages": ("history", plotting.draw_history),
     "history_in_time": ("cracked", lambda ds: plotting.draw_history(in_motion(ds))),
-    "scene_tree": (
-        "",
-        lambda _: plotting.draw_scene(
-            scene(
-                movement={"shape": "mound", "kind": "settle"},
-                mound={"shape": "tree", "surface_movement": 0.02, "reach": 2},
-                dpc={"course": 2},
-                loads={"roof": "8 kN"},
-                opening=[{"kind": "window", "x": 1.5, "y": 0.4, "width": 1.0, "height": 0.4}],
-                control_joint=[{"x": 3.5}],
-            )
-        ),
-    ),
-    "scene_history": (
-        "",
-        lambda _: plotting.draw_scene(
-            scene(
-                movement={
-                    "stage": [
-                        {"kind": kind, "central_deflection": size}
-                        for kind, size in (("dishing", 8e-3), ("doming", 4e-3))
-                    ]
-                }
-            )
-        ),
-    ),
-    "scene_jacks": (
-        "",
-        lambda _: plotting.draw_scene(scene(movement={"shape": "jacks", "kind": "doming"}, rig={"jacks": [1.5, 2.5]})),
-    ),
-    "scene_test": (
-        "",
-        lambda _: plotting.draw_scene(
-            scene(
-                movement={"shape": "loads"},
-                load=[{}, {"side": "right", "share": 3, "at": 0.5, "width": 0.4}],
-                loading={"force": "40 kN"},
-            )
-        ),
-    ),
+    "scene_tree": ("", lambda _: plotting.draw_scene(scene(**TREE))),
+    "scene_history": ("", lambda _: plotting.draw_scene(scene(movement={"stage": [SAG, HOG]}))),
+    "scene_jacks": ("", lambda _: plotting.draw_scene(scene(**ON_JACKS))),
+    "scene_test": ("", lambda _: plotting.draw_scene(scene(**TESTED))),
     "paths": ("study", lambda ds: plotting.draw(ds, "crack_width_max")),
     "paths_weighted": ("study", lambda ds: plotting.draw(weighted(ds), "crack_width_max")),
     "paths_of_tilt": ("study", lambda ds: plotting.draw(weighted(ds), "tilt_max")),
     "category_shares": ("study", plotting.draw_category_shares),
     "category_shares_weighted": ("study", lambda ds: plotting.draw_category_shares(weighted(ds))),
-    "fragility": (
-        "curves",
-        lambda ds: plotting.draw_fragility(
-            ds.assign_attrs(span=6.0, intensity_measure="central_deflection"),
-            marks={"this site": (0.01, 0.02), "mean": (0.015, 0.015)},
-        ),
-    ),
+    "fragility": ("curves", lambda ds: plotting.draw_fragility(ds.assign_attrs(**OF_SITE), marks=MARKS)),
     "fragility_on_ground": ("curves", lambda ds: plotting.draw_fragility(on_ground(ds))),
     "fragility_by_ratio": ("curves", lambda ds: plotting.draw_fragility(extrapolated(ds))),
     "comparison": ("", lambda _: plotting.draw_comparison(comparison(), 3)),
