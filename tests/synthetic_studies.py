@@ -52,31 +52,18 @@ def synthetic_study(
     nothing = np.where(category < 0, np.nan, 0.0)
     table = settings.damage_table
     by_band = np.where(category < 0, category, np.maximum(category, table.by_width(1.5 * width))).astype(np.int8)
-    values = {
-        "status": status,
-        "central_deflection": movement,
-        "deflection_ratio": movement / settings.scene.wall.length,
-        "damage_category": category,
-        "crack_width_max": width + nothing,
-        "dpc_opening_max": nothing,
-        "damage_category_band": by_band,
-        "crack_band_width_max": 1.5 * width + nothing,
-        "footing_opening_max": 0.9 * movement + nothing,
-        "footing_separation_length": nothing,
-        "dpc_separation_length": nothing,
-        "crack_count": 2 + nothing,
-        "base_crack_width_max": nothing,
-        "base_reaction": 9000.0 + nothing,
-        "unbalanced_force_ratio": 1e-9 + nothing,
-        "joint_law_violation": 1e-6 + nothing,
-        "external_work": 5.0 + nothing,
-        "elastic_energy": 2.0 + nothing,
-        "friction_work": 1.0 + nothing,
-        "fracture_work": nothing,
-        "released_energy": 2.0 + nothing,
-        "energy_error": 1e-7 + nothing,
-        "run_time": np.full(walls, 0.25),
-    }
+    values = (
+        {"status": status, "central_deflection": movement}
+        | {"deflection_ratio": movement / settings.scene.wall.length, "damage_category": category}
+        | {"crack_width_max": width + nothing, "dpc_opening_max": nothing, "damage_category_band": by_band}
+        | {"crack_band_width_max": 1.5 * width + nothing, "footing_opening_max": 0.9 * movement + nothing}
+        | {"footing_separation_length": nothing, "dpc_separation_length": nothing, "crack_count": 2 + nothing}
+        | {"base_crack_width_max": nothing, "base_reaction": 9000.0 + nothing}
+        | {"unbalanced_force_ratio": 1e-9 + nothing, "joint_law_violation": 1e-6 + nothing}
+        | {"external_work": 5.0 + nothing, "elastic_energy": 2.0 + nothing, "friction_work": 1.0 + nothing}
+        | {"fracture_work": nothing, "released_energy": 2.0 + nothing, "energy_error": 1e-7 + nothing}
+        | {"run_time": np.full(walls, 0.25)}
+    )
     ds = dataset({"sample": np.arange(walls), **values}, {}, {name: study_dims(name) for name in values})
     name_categories(ds, table.category_names, f"{table.name}; {table.source}")
     for name, more in Rules.from_settings(**asdict(settings.scene.damage)).attributes().items():

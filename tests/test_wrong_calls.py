@@ -45,11 +45,7 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         {"wall": {"length": 1.2, "height": 0.45}, "dpc": {"course": 1}, "movement": {"increments": 2}}
     )
     ds = damagepred.open_study(folder)
-    return {
-        "folder": folder,
-        "scene": small,
-        "wall": damagepred.solve(small, increments=1),
-        "ds": ds,
+    return {"folder": folder, "scene": small, "wall": damagepred.solve(small, increments=1), "ds": ds} | {
         "curves": damagepred.fit_fragility(ds, bootstrap=10),
         "study": damagepred.Study.from_folder(folder),
     }

@@ -161,15 +161,11 @@ def test_tables_of_a_posterior() -> None:
             "log_evidence": (each, [0.0, 0.0]),
         },
         {each: ["clay", "tree"], "further": [0.0, 0.5], "category": [1, 2]},
-        {
-            "discrepancy_points": 7,
-            "discrepancy_width": 4e-4,
-            "discrepancy_interval_width": "0.0002 to 0.0008",
-            "discrepancy_confidence_width": "derived",
-            "discrepancy_width_share": 0.5,
-            "discrepancy_interval_width_share": "-",
-            "discrepancy_confidence_width_share": "given",
-        },
+        (
+            {"discrepancy_points": 7, "discrepancy_width": 4e-4, "discrepancy_interval_width": "0.0002 to 0.0008"}
+            | {"discrepancy_confidence_width": "derived", "discrepancy_width_share": 0.5}
+            | {"discrepancy_interval_width_share": "-", "discrepancy_confidence_width_share": "given"}
+        ),
     )
     causes, further, discrepancy = posterior_tables(ds)
     assert causes.columns[1] == "central deflection, 90 % interval (mm)"

@@ -15,23 +15,11 @@ from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, data
 from damagepred.errors import InputError, StudyError
 
 STEPS, BLOCKS, CONTACTS, OPENINGS, VERTICES = 4, 700, 2100, 2, 2800
-SIZES = {
-    "increment": STEPS,
-    "block": BLOCKS,
-    "contact": CONTACTS,
-    "opening": OPENINGS,
-    "vertex": VERTICES,
-    "sample": 1,
-    "section": 24,
-    "support": 2,
-    "jack": 3,
-    "zone": 600,
-    "gridpoint": 450,
-    "zone_corner": 3,
-    "group_count": 4,
-    "wall": 3,
-    "corner": 2,
-}
+SIZES = (
+    {"increment": STEPS, "block": BLOCKS, "contact": CONTACTS, "opening": OPENINGS, "vertex": VERTICES, "sample": 1}
+    | {"section": 24, "support": 2, "jack": 3, "zone": 600, "gridpoint": 450, "zone_corner": 3, "group_count": 4}
+    | {"wall": 3, "corner": 2}
+)
 COUNTS = (
     "increment newton_iterations cycles crack_count block_course vertex_block contact_interface contact_joint sample "
     "apex_limited snap_back_limited zone_mesh zone_gridpoint zone_block gridpoint_block zones_in_shear "

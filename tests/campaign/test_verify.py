@@ -192,19 +192,12 @@ def test_damage_is_reported_and_repaired(
 
 
 EVERY = (
-    "status",
-    "fragility --bootstrap 0 --goodness 0",
-    "report --no-replay",
-    "judge --table bre251",
-    "verify",
-    "plot",
-    "estimate --category 1 --at 4mm",
-    "sensitivity --category 1",
-    "replay 0",
+    "status; fragility --bootstrap 0 --goodness 0; report --no-replay; judge --table bre251; verify; plot; "
+    "estimate --category 1 --at 4mm; sensitivity --category 1; replay 0"
 )
 
 
-@pytest.mark.parametrize("what", EVERY)
+@pytest.mark.parametrize("what", EVERY.split("; "))
 def test_an_edited_study_is_noticed_by_every_command(what: str, folder: StudyFolder, command: Run) -> None:  # noqa: F811
     edit("study.toml", b"seed = 7", b"seed = 9")(folder, folder.path)
     name, *options = what.split()

@@ -146,38 +146,20 @@ def test_a_folder_that_cannot_be_written(command: Run, tmp_path: Path, monkeypat
     one_message(command("solve", tmp_path / "wall.toml", "-o", tmp_path / "wall.nc"), ["wall.nc", "cannot be written"])
 
 
-@pytest.mark.parametrize(
-    "call",
-    [
-        "solve wall.toml -o wall",
-        "solve wall.toml -o folder.nc",
-        "solve wall.toml --plot picture.png",
-        "study study.toml -o study.toml",
-        "study study.toml -o house.nc",
-        "rare study.toml --category 1 --at 2mm -o house.html",
-        "replay house.dp 0 -o wall",
-        "plot wall.nc -o picture.png",
-        "report wall.nc -o report",
-        "report wall.nc -o folder",
-        "judge wall.nc -o wall.nc",
-        "judge -o wall.nc wall.nc",
-        "judge wall.nc -o judged",
-        "cracks wall.nc -o cracks",
-        "cracks wall.nc --csv cracks.nc",
-        "cracks wall.nc -o wall.nc",
-        "scales wall.nc -o scales",
-        "scales wall.nc --plot scales",
-        "fragility house.dp -o curves",
-        "fragility house.dp --plot curves.txt",
-        "fragility house.dp --csv curves",
-        "export house.dp walls -o walls",
-        "sensitivity house.dp -o shares",
-        "compare a.dp b.dp --category 1 --at 2mm -o found",
-        "infer a.dp survey.toml -o found",
-        "design choices.toml -o found",
-        "design choices.toml --folder found.nc",
-    ],
+REFUSED = (
+    "solve wall.toml -o wall; solve wall.toml -o folder.nc; solve wall.toml --plot picture.png; "
+    "study study.toml -o study.toml; study study.toml -o house.nc; "
+    "rare study.toml --category 1 --at 2mm -o house.html; replay house.dp 0 -o wall; plot wall.nc -o picture.png; "
+    "report wall.nc -o report; report wall.nc -o folder; judge wall.nc -o wall.nc; judge -o wall.nc wall.nc; "
+    "judge wall.nc -o judged; cracks wall.nc -o cracks; cracks wall.nc --csv cracks.nc; cracks wall.nc -o wall.nc; "
+    "scales wall.nc -o scales; scales wall.nc --plot scales; fragility house.dp -o curves; "
+    "fragility house.dp --plot curves.txt; fragility house.dp --csv curves; export house.dp walls -o walls; "
+    "sensitivity house.dp -o shares; compare a.dp b.dp --category 1 --at 2mm -o found; "
+    "infer a.dp survey.toml -o found; design choices.toml -o found; design choices.toml --folder found.nc"
 )
+
+
+@pytest.mark.parametrize("call", REFUSED.split("; "))
 def test_an_output_is_refused_before_anything_is_read(
     call: str, command: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

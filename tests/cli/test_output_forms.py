@@ -111,20 +111,8 @@ def test_comparisons_and_sensitivity_are_printed_as_json(command: Run, tmp_path:
 
 def test_a_quiet_estimate_of_a_rare_event_prints_its_result_alone(command: Run, tmp_path: Path) -> None:
     (tmp_path / "house.toml").write_text(SMALL_STUDY)
-    rare = (
-        "rare",
-        tmp_path / "house.toml",
-        "--category",
-        1,
-        "--at",
-        "0.3 mm",
-        "-n",
-        20,
-        "--level-share",
-        0.25,
-        "--runs",
-        1,
-    )
+    options = "--category 1 --at 0.3mm -n 20 --level-share 0.25 --runs 1"
+    rare = ("rare", tmp_path / "house.toml", *options.split())
     loud = command(*rare, "-o", tmp_path / "loud.rare")
     quiet = command(*rare, "-o", tmp_path / "quiet.rare", "--quiet")
     assert "level reached" in loud.out

@@ -43,16 +43,11 @@ def huge(folder: Path) -> Path:
     return folder / "huge"
 
 
-WRONG: dict[str, Callable[[Path], Path]] = {
-    "pipe": pipe,
-    "circle of links": circle,
-    "huge": huge,
-    "device": lambda folder: Path("/dev/zero"),
-    "name too long": lambda folder: folder / ("x" * 5000),
-    "NUL in the name": lambda folder: folder / "a\0b",
-    "folder": lambda folder: folder,
-    "missing": lambda folder: folder / "missing.toml",
-}
+WRONG: dict[str, Callable[[Path], Path]] = (
+    {"pipe": pipe, "circle of links": circle, "huge": huge, "device": lambda folder: Path("/dev/zero")}
+    | {"name too long": lambda folder: folder / ("x" * 5000), "NUL in the name": lambda folder: folder / "a\0b"}
+    | {"folder": lambda folder: folder, "missing": lambda folder: folder / "missing.toml"}
+)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes and links of POSIX")

@@ -46,28 +46,9 @@ def parameters(plane, material, nu=NU, dilation=None):
 def _returns(trial, elasticity, strength, stress, strain, code, tangent, elastic):
     for i in range(len(trial)):
         xx, yy, xy, zz = trial[i, 0], trial[i, 1], trial[i, 2], trial[i, 3]
-        (
-            stress[i, 0],
-            stress[i, 1],
-            stress[i, 2],
-            stress[i, 3],
-            strain[i, 0],
-            strain[i, 1],
-            strain[i, 2],
-            strain[i, 3],
-            code[i],
-        ) = zone_law.zone_return(xx, yy, xy, zz, elasticity, strength)
-        (
-            tangent[i, 0, 0],
-            tangent[i, 0, 1],
-            tangent[i, 0, 2],
-            tangent[i, 1, 0],
-            tangent[i, 1, 1],
-            tangent[i, 1, 2],
-            tangent[i, 2, 0],
-            tangent[i, 2, 1],
-            tangent[i, 2, 2],
-        ) = zone_law.zone_tangent(xx, yy, xy, zz, elasticity, strength)
+        s0, s1, s2, s3, e0, e1, e2, e3, code[i] = zone_law.zone_return(xx, yy, xy, zz, elasticity, strength)
+        stress[i], strain[i] = np.array((s0, s1, s2, s3)), np.array((e0, e1, e2, e3))
+        tangent[i] = np.array(zone_law.zone_tangent(xx, yy, xy, zz, elasticity, strength)).reshape((3, 3))
         elastic[i] = zone_law.within_yield_surface(xx, yy, xy, zz, strength)
 
 

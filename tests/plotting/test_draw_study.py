@@ -63,30 +63,18 @@ def test_shares_of_walls_are_points_at_the_increments_and_bands_are_straight_bet
 def test_a_surface_is_drawn_with_its_units(units, factor, shown):
     second, x = np.array([2.0, 3.5, 7.0]), np.array([1e-3, 4e-3, 9e-3, 20e-3])
     surface = xr.Dataset(
-        {
-            "probability": (("second", "intensity"), np.linspace(0.0, 0.95, 12).reshape(3, 4)),
-            "median": ("second", 1e-3 * second),
-            "median_lower": ("second", 0.8e-3 * second),
-            "median_upper": ("second", 1.3e-3 * second),
-            "slope": 1.25,
-            "slope_lower": 0.75,
-            "slope_upper": 1.5,
-            "dispersion": 0.35,
-            "dispersion_alone": 0.45,
-            "fit_status": "fitted",
-        },
+        (
+            {"probability": (("second", "intensity"), np.linspace(0.0, 0.95, 12).reshape(3, 4))}
+            | {"median": ("second", 1e-3 * second), "median_lower": ("second", 0.8e-3 * second)}
+            | {"median_upper": ("second", 1.3e-3 * second), "slope": 1.25, "slope_lower": 0.75, "slope_upper": 1.5}
+            | {"dispersion": 0.35, "dispersion_alone": 0.45, "fit_status": "fitted"}
+        ),
         {"second": ("second", second, {"units": units}), "intensity": ("intensity", x, {"units": "m"})},
-        {
-            "category": 2,
-            "category_name": "very_slight",
-            "second_variable": "joint.normal_stiffness",
-            "samples": 60,
-            "samples_failed": 4,
-            "confidence": 0.8,
-            "scale": "log",
-            "intensity_measure": "central_deflection",
-            "title": "soft mortar",
-        },
+        (
+            {"category": 2, "category_name": "very_slight", "second_variable": "joint.normal_stiffness"}
+            | {"samples": 60, "samples_failed": 4, "confidence": 0.8, "scale": "log"}
+            | {"intensity_measure": "central_deflection", "title": "soft mortar"}
+        ),
     )
     ax = draw_fragility(surface)
     lower, upper = ax.lines

@@ -74,16 +74,9 @@ class Record:
         for case, rounds, count in self.found:
             known = self.baseline.get(case.name, {}).get("ratio", float("nan"))
             rows.append(
-                {
-                    "case": case.name,
-                    "time": min(rounds.case) / count,
-                    "unit": case.unit,
-                    "ratio": rounds.ratio,
-                    "baseline": known,
-                    "over baseline": rounds.ratio / known,
-                    "bound": case.bound * self.factor,
-                    "rounds": len(rounds.case),
-                }
+                {"case": case.name, "time": min(rounds.case) / count, "unit": case.unit, "ratio": rounds.ratio}
+                | {"baseline": known, "over baseline": rounds.ratio / known, "bound": case.bound * self.factor}
+                | {"rounds": len(rounds.case)}
             )
         return pd.DataFrame(rows)
 

@@ -277,14 +277,10 @@ def test_every_number_of_a_sensitivity(shown: Screen) -> None:
     found = xr.Dataset(
         values,
         {"variable": ["joint.friction", "dpc.friction"]},
-        {
-            "title": "house",
-            "output": "capacity",
-            "walls": 96,
-            "confidence": 0.8,
-            "share_censored": 0.13,
-            "samples_failed": 5,
-        },
+        (
+            {"title": "house", "output": "capacity", "walls": 96, "confidence": 0.8, "share_censored": 0.13}
+            | {"samples_failed": 5}
+        ),
     )
     tables.sensitivity_tables(found)
     ((title, heads, rows),) = shown.tables
@@ -305,14 +301,10 @@ def test_every_number_of_a_sensitivity(shown: Screen) -> None:
 def test_every_number_of_a_surface(scale: str, words: str) -> None:
     surface = xr.Dataset(
         {**bands(("slope", "dispersion"), (), 0.4), "dispersion_alone": 0.91, "fit_status": "fitted"},
-        attrs={
-            "category": 2,
-            "intensity_measure": "surface_movement",
-            "second_variable": "joint.cohesion",
-            "scale": scale,
-            "aic_with": 211.4,
-            "aic_without": 219.7,
-        },
+        attrs=(
+            {"category": 2, "intensity_measure": "surface_movement", "second_variable": "joint.cohesion"}
+            | {"scale": scale, "aic_with": 211.4, "aic_without": 219.7}
+        ),
     )
     assert surface_lines(surface) == [
         "category 2 against the surface movement and joint.cohesion: the median goes with "

@@ -92,22 +92,10 @@ def test_stiffness_of_the_soil_is_the_same_by_default_in_template_guide_statisti
             assert {float(v) for v in re.findall(rf'{name} = "([\d.]+) kPa/m"', text)} == {1e-3 * expected}
 
 
-@pytest.mark.parametrize(
-    ("millimetres", "name"),
-    [
-        (0, "A"),
-        (0.1, "S"),
-        (20, "S"),
-        (20.1, "M"),
-        (40, "M"),
-        (41, "H1"),
-        (60, "H1"),
-        (60.5, "H2"),
-        (75, "H2"),
-        (75.1, "E"),
-        (400, "E"),
-    ],
-)
+CLASSES = {"A": [0], "S": [0.1, 20], "M": [20.1, 40], "H1": [41, 60], "H2": [60.5, 75], "E": [75.1, 400]}
+
+
+@pytest.mark.parametrize(("millimetres", "name"), [(y, name) for name, found in CLASSES.items() for y in found])
 def test_class_of_a_site(millimetres: float, name: str):
     assert site_class(millimetres * 1e-3).name == name
 

@@ -50,15 +50,10 @@ SCENES: dict[str, dict[str, Any]] = {
         "movement": SETTLES | {"shape": "trough", "trough_width": 1.2, "position": 2.5, "settlement_is": "range"}
     },
     "tunnel": {
-        "movement": {
-            "shape": "trough",
-            "kind": "settle",
-            "trough_width": 5.0,
-            "tunnel_depth": 10.0,
-            "tunnel_diameter": 4.0,
-            "volume_loss": 0.01,
-            "position": -1.0,
-        }
+        "movement": (
+            {"shape": "trough", "kind": "settle", "trough_width": 5.0, "tunnel_depth": 10.0, "tunnel_diameter": 4.0}
+            | {"volume_loss": 0.01, "position": -1.0}
+        )
     },
     "stages": {
         "movement": {

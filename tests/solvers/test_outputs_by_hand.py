@@ -244,24 +244,15 @@ def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:
             critical = 2 * joint.fracture_energy / joint.tensile_strength
             slip = 2 * 200.0 / (joint.cohesion - joint.residual_cohesion)
         strongest = joint.compressive_strength or np.inf
-        expected = {
-            "normal_stiffness": k_n,
-            "shear_stiffness": k_s,
-            "shear_compliance": 1 / k_s,
-            "tensile_strength": joint.tensile_strength,
-            "cohesion": joint.cohesion,
-            "friction": joint.friction,
-            "slip_compliance": 1 / (k_s + k_n * joint.friction * psi),
-            "residual_tensile_strength": 0.0,
-            "residual_cohesion": joint.residual_cohesion,
-            "residual_friction": left,
-            "residual_slip_compliance": 1 / (k_s + k_n * left * psi),
-            "critical_opening": critical,
-            "dilation": psi,
-            "brittle_shear": float(joint.brittle_shear),
-            "compressive_strength": strongest,
-            "slip_weight": (critical - first) / slip if slip else 0.0,
-        }
+        expected = (
+            {"normal_stiffness": k_n, "shear_stiffness": k_s, "shear_compliance": 1 / k_s}
+            | {"tensile_strength": joint.tensile_strength, "cohesion": joint.cohesion, "friction": joint.friction}
+            | {"slip_compliance": 1 / (k_s + k_n * joint.friction * psi), "residual_tensile_strength": 0.0}
+            | {"residual_cohesion": joint.residual_cohesion, "residual_friction": left}
+            | {"residual_slip_compliance": 1 / (k_s + k_n * left * psi), "critical_opening": critical}
+            | {"dilation": psi, "brittle_shear": float(joint.brittle_shear), "compressive_strength": strongest}
+            | {"slip_weight": (critical - first) / slip if slip else 0.0}
+        )
         if critical:
             expected["damage_rate"] = 1 / (critical - first)
         if strongest < np.inf:

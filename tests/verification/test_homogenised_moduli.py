@@ -45,14 +45,10 @@ def wall(
     return model_of(
         Scene.from_dict(
             {
-                "wall": {
-                    "length": 8 * length,
-                    "height": 7 * height,
-                    "thickness": thickness,
-                    "block_length": length,
-                    "block_height": height,
-                    "bond": bond,
-                },
+                "wall": (
+                    {"length": 8 * length, "height": 7 * height, "thickness": thickness, "block_length": length}
+                    | {"block_height": height, "bond": bond}
+                ),
                 "block": {"elastic_modulus": BRICK, "poisson_ratio": POISSON},
                 "joint": {"normal_stiffness": stiffness[0], "shear_stiffness": stiffness[1]},
                 "solver": dict(solver),
