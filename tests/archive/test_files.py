@@ -145,24 +145,23 @@ def test_the_netcdf_library_s_word_for_a_full_disk(old: Path):
     assert untouched(old)
 
 
-@pytest.mark.parametrize("step", ["fsync", "replace", "chmod"])
-def test_failing_late_leaves_the_old_file(old: Path, monkeypatch: pytest.MonkeyPatch, step: str):
+@pytest.mark.parametrize(
+    ("place", "step", "code", "words"),
+    [
+        (os, "fsync", errno.ENOSPC, "the disk is full"),
+        (Path, "replace", errno.ENOSPC, "the disk is full"),
+        (Path, "chmod", errno.ENOSPC, "the disk is full"),
+        (tempfile, "mkstemp", errno.EACCES, "no permission to write there; choose another place"),
+    ],
+)
+def test_each_step_that_fails_leaves_the_old_file(
+    old: Path, monkeypatch: pytest.MonkeyPatch, place: object, step: str, code: int, words: str
+):
     def fail(*_args: object, **_more: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        raise OSError(code, os.strerror(code))
 
-    monkeypatch.setattr(os if step == "fsync" else Path, step, fail)
-    with pytest.raises(StudyError, match="the disk is full"):
-        write_whole(old, lambda p: p.write_text("new"))
-    monkeypatch.undo()
-    assert untouched(old)
-
-
-def test_read_only_folder(old: Path, monkeypatch: pytest.MonkeyPatch):
-    def fail(**_: object) -> None:
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-
-    monkeypatch.setattr(tempfile, "mkstemp", fail)
-    with pytest.raises(StudyError, match="no permission to write there; choose another place"):
+    monkeypatch.setattr(place, step, fail)
+    with pytest.raises(StudyError, match=words):
         write_whole(old, lambda p: p.write_text("new"))
     monkeypatch.undo()
     assert untouched(old)

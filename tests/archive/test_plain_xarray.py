@@ -14,7 +14,6 @@ import damagepred
 from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.schema import VARIABLES, with_shared_movement
-from damagepred.archive.versions import brought_up_to_date
 from damagepred.campaign.settings import StudySettings
 from tests.conftest import SMALL_STUDY
 from tests.synthetic_studies import synthetic_study
@@ -106,22 +105,3 @@ def test_variables_named_like_methods_are_attributes_of_the_accessor(tmp_path: P
     assert "median" in dir(curves.damagepred)
     with pytest.raises(AttributeError, match=r"no variable 'medain'\. Did you mean 'median'"):
         _ = curves.damagepred.medain
-
-
-def test_version_5_with_empty_openings_is_read() -> None:
-    path = ("sample", "increment")
-    category = np.array([[0, 1], [-1, -1]], dtype=np.int8)
-    flags = {"flag_values": np.arange(6, dtype=np.int8), "flag_meanings": "a b c d e f"}
-    ds = xr.Dataset(
-        {
-            "status": ("sample", np.array([0, 2], dtype=np.int8)),
-            "damage_category": (path, category, flags),
-            "opening_distortion": ((*path, "opening"), np.empty((2, 2, 0))),
-        },
-        {"central_deflection": (path, [[0.0, 1e-3]] * 2)},
-    )
-    now = brought_up_to_date(5, "old.nc", ds)
-    assert dict(now.sizes) == {"sample": 2, "increment": 2}
-    assert now["movement"].values.tolist() == [0.0, 1e-3]
-    assert now["damage_category"].attrs["valid_range"].tolist() == [0, 5]
-    assert now["damage_category"].values.tolist() == category.tolist()

@@ -97,15 +97,6 @@ def test_a_bad_block_is_named_and_not_added(vertices: object):
     wall.build()
 
 
-@pytest.mark.parametrize("other", [UNIT, [(0.5, 0), (1.5, 0), (1.5, 1), (0.5, 1)], [(0.5, 0.5), (2, 0.6), (2, 2)]])
-def test_overlapping_blocks(other: list):
-    wall = Assembly()
-    wall.add_block(UNIT)
-    wall.add_block(other)
-    with pytest.raises(InputError, match=r"blocks 0 and 1 overlap by .* m"):
-        wall.build()
-
-
 @pytest.mark.parametrize("block", [-1, 2, 99])
 @pytest.mark.parametrize(
     "use",

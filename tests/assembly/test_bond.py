@@ -131,12 +131,6 @@ def test_no_control_joint_parts_a_lintel():
         assert not crossed(Scene(opening=(to_the_top,), control_joint=(ControlJoint(x=x),)), x)
 
 
-@pytest.mark.parametrize("places", [(0.1,), (5.9,), (6.5,), (2.0, 2.1), (2.0, 2.0)])
-def test_control_joints_leave_room_for_bricks(places: tuple[float, ...]):
-    with pytest.raises(InputError, match=r"control joint \d: x = "):
-        Scene.from_dict({"control_joint": [{"x": x} for x in places]})
-
-
 @pytest.mark.parametrize("offset", [0.0, 0.07, 0.2])
 def test_a_cut_wall_with_a_window_is_filled(offset: float):
     hole = Opening(x=1.0, y=0.6, width=0.9, height=0.75)

@@ -11,7 +11,6 @@ import pytest
 
 from damagepred import Assembly, Joint, Movement, Scene, Solver, Wall, assembly, crack_profile, solve
 from damagepred.assembly.brick_cracks import BrickWatch, brick_cautions, brick_joint
-from damagepred.assembly.interfaces import Geometry
 from damagepred.enumerations import ContactKind, ContactState
 from damagepred.scene import BlockMaterial, Load, Loading, Support
 from damagepred.solvers import solve_path
@@ -144,16 +143,12 @@ def test_halves_that_hold_cost_little_more_than_whole_bricks(blocks: str) -> Non
     assert entries[1] <= 3 * entries[0], entries
 
 
-def geometry(scene: Scene) -> Geometry:
-    return assembly.wall_geometry(scene)
-
-
 @pytest.mark.parametrize("beam", ["none", "free"])
 def test_joints_have_the_numbers_of_whole_bricks(beam: Literal["none", "free"]) -> None:
     """So the same sample has the same strengths, whether its bricks break or not; also below a loading beam."""
     assert PANEL.loading is not None
     panel = replace(PANEL, loading=replace(PANEL.loading, beam=beam))
-    whole, halves = geometry(replace(panel, block=BlockMaterial())), geometry(panel)
+    whole, halves = (assembly.wall_geometry(s) for s in (replace(panel, block=BlockMaterial()), panel))
     for first, second in zip(whole.mortar, halves.mortar):
         np.testing.assert_allclose(first, second, atol=1e-12)
     values = np.linspace(1e5, 3e5, len(whole.mortar.kind))

@@ -92,6 +92,3 @@ def beds(*y: float, x: float = 1.26) -> dict:
 def test_a_gauge_ends_where_the_masonry_does(parts: dict, opened: dict, width: int):
     """Joints that open by 1 mm each, side by side, beside an opening, a control joint, and on either side of a dpc."""
     assert of_model(replace(PLAIN, **parts), opened) == pytest.approx(width)
-
-
-# -- for any openings ------------------------------------------------------------------------------------------------

@@ -58,13 +58,6 @@ def test_plasterboard_with_bre_is_refused():
         load_table("bre251").with_plasterboard()
 
 
-def test_unknown_table_names_those_there_are():
-    with pytest.raises(InputError, match=r"'as2780': take as2870 or bre251.*mean 'as2870'"):
-        load_table("as2780")
-    with pytest.raises(InputError, match=r"'as2870' or 'bre251'"):
-        Scene.from_dict({"damage": {"table": "as2780"}})
-
-
 # -- the group rule --------------------------------------------------------------------------------------------------
 
 

@@ -74,17 +74,6 @@ def test_unwritable_folder_is_named(study, curves, tmp_path):
     assert file.read_text() == "mine"
 
 
-def test_folder_without_permission_is_named(study, tmp_path, monkeypatch):
-    import tempfile
-
-    def refuse(*_args, **_settings):
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr(tempfile, "mkstemp", refuse)  # modes do not bind the superuser
-    with pytest.raises(StudyError, match="no permission"):
-        save_study_pictures(study, tmp_path)
-
-
 @pytest.mark.thorough
 def test_import_of_the_package_leaves_matplotlib_alone():
     code = "import sys, damagepred; assert 'matplotlib' not in sys.modules; import damagepred.plotting; "

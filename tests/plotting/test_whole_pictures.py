@@ -20,6 +20,7 @@ from damagepred.plotting.analyses import draw_scales
 from damagepred.plotting.pictures import half_way, stress_sheet, stress_sheets
 from damagepred.plotting.sheet import figure_of
 from tests.plotting.inventory import inventory
+from tests.plotting.test_draw_scene import TREE, WALL, WINDOW
 from tests.recorded import check
 
 LISTS = Path(__file__).parent / "pictures"
@@ -88,8 +89,7 @@ def solved(name: str) -> xr.Dataset:
 
 def scene(**tables: Any) -> Scene:
     """Scene of few large blocks."""
-    wall = {"length": "4 m", "height": "1.2 m", "block_length": "0.5 m", "block_height": "0.2 m"}
-    return Scene.from_dict({"wall": wall, **tables})
+    return Scene.from_dict({"wall": WALL, **tables})
 
 
 def comparison() -> xr.Dataset:
@@ -236,14 +236,7 @@ TESTED = {
     "load": [{}, {"side": "right", "share": 3, "at": 0.5, "width": 0.4}],
     "loading": {"force": "40 kN"},
 }
-TREE = {
-    "movement": {"shape": "mound", "kind": "settle"},
-    "mound": {"shape": "tree", "surface_movement": 0.02, "reach": 2},
-    "dpc": {"course": 2},
-    "loads": {"roof": "8 kN"},
-    "opening": [{"kind": "window", "x": 1.5, "y": 0.4, "width": 1.0, "height": 0.4}],
-    "control_joint": [{"x": 3.5}],
-}
+FOOTED = {**TREE, "dpc": {"course": 2}, "loads": {"roof": "8 kN"}, "opening": [WINDOW], "control_joint": [{"x": 3.5}]}
 Draw = Callable[[Any], Figure | Axes | list[Axes]]
 PICTURES: dict[str, tuple[str, Draw]] = {
     # name: fixture, scene of `solved`, or nothing; drawing
@@ -280,7 +273,7 @@ PICTURES: dict[str, tuple[str, Draw]] = {
     "history": ("on_jacks", plotting.draw_history),
     "history_in_stages": ("history", plotting.draw_history),
     "history_in_time": ("cracked", lambda ds: plotting.draw_history(in_motion(ds))),
-    "scene_tree": ("", lambda _: plotting.draw_scene(scene(**TREE))),
+    "scene_tree": ("", lambda _: plotting.draw_scene(scene(**FOOTED))),
     "scene_history": ("", lambda _: plotting.draw_scene(scene(movement={"stage": [SAG, HOG]}))),
     "scene_jacks": ("", lambda _: plotting.draw_scene(scene(**ON_JACKS))),
     "scene_test": ("", lambda _: plotting.draw_scene(scene(**TESTED))),

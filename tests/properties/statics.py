@@ -77,12 +77,13 @@ def stored(model: Model, step: Increment) -> float:
     return 0.5 * float((model.interfaces.contact_area * each).sum())
 
 
-def imbalance(model: Model, step: Increment) -> float:
-    """Largest unbalanced force over the mean block weight, from the contact stresses alone."""
+def unbalanced(model: Model, step: Increment) -> FloatArray:
+    """Force on each block (n, 3) over the mean block weight: loads, and contact stresses times areas and arms."""
     face, n = model.interfaces, model.n_blocks
     normal = np.column_stack((face.normal_x, face.normal_y))
     tangent = np.column_stack((face.normal_y, -face.normal_x))
     where = np.stack((face.x, face.y), axis=-1)[:, None] + face.contact_offset[..., None] * tangent[:, None]
+    # tension pulls block a along the normal; where b is sheared along the tangent, it drags a with it
     pull = step.normal_stress[..., None] * normal[:, None] + step.shear_stress[..., None] * tangent[:, None]
     pull = pull * face.contact_area[..., None]
     centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
@@ -95,7 +96,7 @@ def imbalance(model: Model, step: Increment) -> float:
         turn = arm[..., 0] * pull[..., 1] - arm[..., 1] * pull[..., 0]
         np.add.at(force, block, sign * np.column_stack((pull.sum(axis=1), turn.sum(axis=1))))
     force[:n, 2] /= np.sqrt(model.blocks.polar / model.blocks.area)
-    return float(np.abs(force[:n]).max() / model.mean_block_weight)
+    return force[:n] / model.mean_block_weight
 
 
 def plain_law(model: Model) -> bool:
@@ -124,6 +125,6 @@ def beyond_law(model: Model, step: Increment) -> float:
 def statics(found: Found, allowed: float) -> tuple[float, float]:
     """Worst imbalance and excess (block weights) of all equilibria; law only where it is the plain one."""
     standing = [step for step in found.path if not step.collapsed]
-    worst = max((imbalance(found.model, step) for step in standing), default=0.0)
+    worst = max((float(np.abs(unbalanced(found.model, step)).max()) for step in standing), default=0.0)
     law = max((beyond_law(found.model, step) for step in standing), default=0.0) if plain_law(found.model) else 0.0
     return worst / allowed, law / allowed

@@ -10,7 +10,7 @@ from damagepred.assembly import Model, wall_model
 from damagepred.enumerations import ContactState
 from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
-from tests.validation.test_quasi_static_balance import unbalanced
+from tests.properties.statics import unbalanced
 
 pytestmark = pytest.mark.quick_cases()
 

@@ -141,6 +141,15 @@ def test_what_an_older_archive_does_not_hold_is_said():
     known = np.isfinite(ds["crack_width_max"].values)
     np.testing.assert_array_equal(judged["damage_category"].values[known], by_width[known])
     assert "widest crack alone" not in damagepred.judge_again(ds, count_rule=False).attrs["judgement"]
+    assert "no crack bands: the archive does not hold their widths" in judged.attrs["judgement"]
+    assert "no gap along the footing bed" in judged.attrs["judgement"]
+    assert "damage_category_band" not in judged
+    for rules, name in (
+        ({"measure": "band"}, "crack_band_width_max"),
+        ({"count_footing_gap": True}, "footing_opening_max"),
+    ):
+        with pytest.raises(InputError, match=f"of an older version, does not hold {name}"):
+            damagepred.judge_again(ds, **rules)
 
 
 # -- the same as solving again ---------------------------------------------------------------------------------------
@@ -191,20 +200,6 @@ def wall() -> xr.Dataset:
     return damagepred.solve(WEAK)
 
 
-@pytest.mark.parametrize(
-    ("rules", "name"),
-    [({"measure": "band"}, "crack_band_width_max"), ({"count_footing_gap": True}, "footing_opening_max")],
-)
-def test_a_study_of_an_older_version_says_that_it_lacks_bands_and_gaps(rules: dict, name: str):
-    ds = open_study(OLD)
-    judged = damagepred.judge_again(ds, table="bre251")
-    assert "no crack bands: the archive does not hold their widths" in judged.attrs["judgement"]
-    assert "no gap along the footing bed" in judged.attrs["judgement"]
-    assert "damage_category_band" not in judged
-    with pytest.raises(InputError, match=f"of an older version, does not hold {name}"):
-        damagepred.judge_again(ds, **rules)
-
-
 GAP = "; it counts with [damage] count_footing_gap = true, or judge --footing-gap"
 
 
@@ -233,6 +228,3 @@ def test_a_wall_without_its_contacts_is_judged_by_its_numbers(wall: xr.Dataset):
     bare = wall.drop_dims(["contact", "block", "vertex"])
     for rules in ({"table": "bre251"}, {"plasterboard": True}, {"count_rule": False}, {"group_count": 4}):
         assert again(bare, **rules) == again(wall, **rules)
-
-
-# -- size ------------------------------------------------------------------------------------------------------------

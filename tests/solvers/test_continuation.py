@@ -17,9 +17,9 @@ from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.quasi_static.stepper import quasi_static_path
 from damagepred.solvers.state.wall_state import State
+from tests.properties.statics import unbalanced
 from tests.properties.test_quasi_static_laws import random_wall
 from tests.solvers.walls import small_scene
-from tests.validation.test_quasi_static_balance import unbalanced
 
 CONTROL = DEFAULTS.continuation
 QUASI_STATIC = Solver(blocks="rigid")

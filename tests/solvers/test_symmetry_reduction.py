@@ -16,8 +16,8 @@ from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.stepper import explicit_path
 from damagepred.solvers.quasi_static import stepper as quasi_static
 from damagepred.solvers.symmetry import HalfModel, reduce_by_symmetry
+from tests.properties.statics import unbalanced
 from tests.solvers.walls import stack
-from tests.validation.test_quasi_static_balance import unbalanced
 
 QUASI_STATIC, EXPLICIT = Solver(method="quasi_static"), Solver(method="explicit", tolerance=1e-5)
 WEAK = Joint(tensile_strength=0.1e6, cohesion=0.1e6)

@@ -10,31 +10,12 @@ from damagepred.assembly import Model, wall_model
 from damagepred.enumerations import ContactState
 from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
+from tests.properties.statics import unbalanced
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 TOLERANCE = 1e-6
 BREAKING = 1e-5
 """By how much of its strength an intact bond may be overloaded: the solver breaks it beyond 1e-6."""
-
-
-def unbalanced(model: Model, step: Increment) -> np.ndarray:
-    """Force on each block (n, 3) over the mean block weight: loads, and contact stresses times areas and arms."""
-    face, n = model.interfaces, model.n_blocks
-    normal = np.column_stack((face.normal_x, face.normal_y))
-    tangent = np.column_stack((face.normal_y, -face.normal_x))
-    where = np.stack((face.x, face.y), axis=-1)[:, None] + face.contact_offset[..., None] * tangent[:, None]
-    # tension pulls block a along the normal; where b is sheared along the tangent, it drags a with it
-    pull = step.normal_stress[..., None] * normal[:, None] + step.shear_stress[..., None] * tangent[:, None]
-    pull = pull * face.contact_area[..., None]
-    centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
-    force = np.zeros((n + 1, 3))
-    force[:n] = model.supports.load.reshape(n, 3)
-    for block, sign in ((face.block_a, 1.0), (face.block_b, -1.0)):
-        arm = where - centre[block][:, None]
-        turn = arm[..., 0] * pull[..., 1] - arm[..., 1] * pull[..., 0]
-        np.add.at(force, block, sign * np.column_stack((pull.sum(axis=1), turn.sum(axis=1))))
-    force[:n, 2] /= np.sqrt(model.blocks.polar / model.blocks.area)
-    return force[:n] / model.mean_block_weight
 
 
 def check_joint_law(model: Model, step: Increment) -> None:

@@ -14,7 +14,7 @@ from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import Dynamics, Joint, Rig, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.options import DEFAULTS
-from tests.validation.test_quasi_static_balance import unbalanced
+from tests.properties.statics import unbalanced
 from tests.verification.test_energy_accounts import DRY, brickwork, on_jacks, uneven
 
 WEAK = replace(DRY, tensile_strength=20e3, cohesion=30e3)
