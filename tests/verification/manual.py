@@ -3,8 +3,8 @@
 A test states its closed form once and hands what was computed to the fixture ``verify``, which asserts the error and
 keeps the case for the page::
 
-    STACK = ClosedForm(
-        chapter="Elastic joints",
+    closed_form = chapter("Elastic joints")
+    STACK = closed_form(
         title="Stack under its own weight",
         formula="u_i = W i (2n - i + 1) / (2 k_n A)",
         source="Derived: the joint below block i carries n - i + 1 blocks; sum over the joints below.",
@@ -22,8 +22,9 @@ from __future__ import annotations
 import itertools
 import platform
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from importlib.metadata import version
 from typing import Any
 
@@ -62,6 +63,11 @@ class ClosedForm:
     source: str
     chapter: str
     note: str = ""
+
+
+def chapter(name: str) -> Callable[..., ClosedForm]:
+    """Closed forms of a chapter."""
+    return partial(ClosedForm, chapter=name)
 
 
 @dataclass(frozen=True)

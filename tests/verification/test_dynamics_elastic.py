@@ -20,11 +20,11 @@ from damagepred.solvers.dynamics.strains import strain_mass
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.solvers.dynamic_scenes import THICKNESS, momentum, turned
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 
 pytestmark = pytest.mark.quick_cases()
 
-CHAPTER = "Dynamics"
+closed_form = chapter("Dynamics")
 ELASTIC = Solver(blocks="elastic")
 E, B, H, DENSITY, PLATE = 9e9, 0.24, 0.075, 2000.0, 0.1
 BRICK = BlockMaterial(elastic_modulus=E, poisson_ratio=0.19, density=DENSITY)
@@ -34,31 +34,27 @@ STIFFNESS = E * B * H * THICKNESS, E * B * THICKNESS * H**3 / 12
 INERTIA = MASS * B**2 / 12, DENSITY * THICKNESS * (H * B**5 / 720 + B**3 * H**3 / 144)
 """Of strain (kg m2) and curvature (kg m4)."""
 
-ALONE = ClosedForm(
-    chapter=CHAPTER,
+ALONE = closed_form(
     title="Elastic block that rings alone",
     formula="stretching: ω² = E b h t / (ρ t h b³/12) = 12 E / (ρ b²)\n"
     "bending: ω² = (E b t h³/12) / (ρ t (h b⁵/720 + b³ h³/144))",
     source="Rayleigh quotient of the block's field.",
     note="Central differences shift the frequency to (2/dt) asin(ω dt/2), which is taken into account.",
 )
-ON_SPRING = ClosedForm(
-    chapter=CHAPTER,
+ON_SPRING = closed_form(
     title="Elastic block on a spring",
     formula="K = | k        -k b/2             |   M = | m  0        |\n"
     "    | -k b/2   k b²/4 + E b h t   |       | 0  m b²/12  |,   k = K h t",
     source="Two masses: eigenvalues of a matrix of two rows.",
     note="A head joint of stiffness K joins the brick to a held plate, whose half is lumped into it.",
 )
-BENDING_ON_SPRINGS = ClosedForm(
-    chapter=CHAPTER,
+BENDING_ON_SPRINGS = closed_form(
     title="Elastic block that bends between two springs",
     formula="ω² = (E b t h³/12 + 2 (b/2)² K h³ t/12) / (ρ t (h b⁵/720 + b³ h³/144))",
     source="The ends turn by κ b/2 against the joints.",
     note="The bricks' shear joints to the plates are so soft that they do not count.",
 )
-BAR = ClosedForm(
-    chapter=CHAPTER,
+BAR = closed_form(
     title="Free bar of elastic blocks",
     formula="stretching: ω = π sqrt(E'/ρ) / L,  1/E' = 1/E + 1/(k_n b)\n"
     "bending: ω = 4.730² sqrt(E' I/(ρ A L⁴)), less by rotatory inertia: 1 - 49.48 h²/(24 L²)",
@@ -66,34 +62,29 @@ BAR = ClosedForm(
     note="Twelve bricks end to end; their joints are so stiff in shear that this does not count. Frequency by least "
     "squares.",
 )
-WALL = ClosedForm(
-    chapter=CHAPTER,
+WALL = closed_form(
     title="Frequencies of a bonded wall of elastic blocks",
     formula="det(K - ω² M) = 0",
     source="The same wall of bricks cut into zones a quarter of a course high.",
     note="Running bond on the ground, 1.92 x 0.75 m. The fourth mode is one along the wall.",
 )
-REST = ClosedForm(
-    chapter=CHAPTER,
+REST = closed_form(
     title="Elastic blocks that come to rest",
     formula="strain, curvature and displacement are those of the quasi-static solver",
     source="Equilibrium does not depend on the way to it.",
     note="The movement is so small that the squares of rotations do not count.",
 )
-AUDIT = ClosedForm(
-    chapter=CHAPTER,
+AUDIT = closed_form(
     title="Elastic blocks: what is kept without damping",
     formula="kinetic energy + energy of joints and blocks = work of the loads; momentum and angular momentum",
     source="Newton's laws.",
 )
-DAMPED = ClosedForm(
-    chapter=CHAPTER,
+DAMPED = closed_form(
     title="Elastic block whose ringing is damped",
     formula="peaks fall by exp(-2π ξ/sqrt(1 - ξ²)), ξ = α/(2ω) + βω/2",
     source="Textbook.",
 )
-STABLE = ClosedForm(
-    chapter=CHAPTER,
+STABLE = closed_form(
     title="Stable time step of elastic blocks",
     formula="dt <= 2/ω_max",
     source="Textbook: central differences.",

@@ -12,72 +12,63 @@ from damagepred import Assembly, BaseMotion, Dynamics
 from damagepred.assembly.assembly import rectangle
 from tests.solvers.dynamic_scenes import DENSITY, STIFF, THICKNESS, G, dry, momentum, on_plate, pair, run, started
 from tests.verification.dry_walls import tipping_slope
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 
 pytestmark = pytest.mark.quick_cases()
 
-CHAPTER = "Dynamics"
+closed_form = chapter("Dynamics")
 
-HOUSNER = ClosedForm(
-    chapter=CHAPTER,
+HOUSNER = closed_form(
     title="Rocking block: quarter period",
     formula="exact: T = ∫ dφ / sqrt(2 p² (cos φ0 - cos φ)), φ from φ0 = α - θ0 to α\n"
     "slender: T = (1/p) acosh[1/(1 - θ0/α)], p² = 3 g/(4 R)",
     source="Energy of a rigid block that turns about its corner; slender: Housner (1963).",
     note="Released at rest at θ0, until it is upright. Housner's form takes angles for sines.",
 )
-IMPACT = ClosedForm(
-    chapter=CHAPTER,
+IMPACT = closed_form(
     title="Rocking block: angular velocity kept at an impact",
     formula="r = 1 - (3/2) sin² α,   tan α = b/h",
     source="Angular momentum about the new corner (Housner 1963).",
     note="Inelastic contacts at the two corners: contacts_per_interface = 2 and dynamics.contact_damping. r² is the "
     "share of energy kept, from successive largest tilts. Points along the base would take part of the impulse.",
 )
-BOUNCE = ClosedForm(
-    chapter=CHAPTER,
+BOUNCE = closed_form(
     title="Bouncing block",
     formula="u_max = (W/K) [1 + sqrt(1 + 2 K H/W)]; rebounds to H",
     source="Energy of a mass on a spring that cannot pull.",
     note="The block starts from its joint with speed sqrt(2 g H), and falls on it again and again.",
 )
-SLIDE = ClosedForm(
-    chapter=CHAPTER,
+SLIDE = closed_form(
     title="Sliding block under a pulse",
     formula="sticks elastically until k_s u = μ N, slides until velocities are equal",
     source="Newmark (1965); the elastic stick before: mass on a spring whose base moves.",
     note="Pulse of the base; the block cannot turn. Its final place relative to the base, within the elastic u.",
 )
-INCLINE = ClosedForm(
-    chapter=CHAPTER,
+INCLINE = closed_form(
     title="Block on an incline",
     formula="slides if tan α > μ, with a = g (sin α - μ cos α); topples if tan α > b/h",
     source="Statics; rigid body on a plane.",
 )
-TIPS = ClosedForm(
-    chapter=CHAPTER,
+TIPS = closed_form(
     title="Slender block that tips on an elastic joint",
     formula="tan α = b/h - 3 (2 N/(9 k h²))^(1/3)",
     source="Equilibrium in the displaced position; the joint is pressed over c = sqrt[2 N/(k θ)].",
     note="N weight, k normal stiffness of the joint, for the whole thickness; 16 parts in the joint. The static "
     "solvers take lever arms from positions without displacement, so their limit is b/h.",
 )
-SPIN = ClosedForm(
-    chapter=CHAPTER,
+SPIN = closed_form(
     title="Two bonded bricks that turn as one",
     formula="σ = ρ h ω² h/2",
     source="Centrifugal force of a brick of height h whose end lies on the axis.",
     note="Mean over a vibration, which starts as the joint is unstressed at first. A theory of small rotations would "
     "stress the joint by k_n h (1 - cos θ), up to 12 GPa, at any speed.",
 )
-KEPT = ClosedForm(
-    chapter=CHAPTER,
+KEPT = closed_form(
     title="What a flying pair keeps",
     formula="momentum, angular momentum, energy",
     source="Newton's laws.",
 )
-AUDIT = ClosedForm(
-    chapter=CHAPTER,
+AUDIT = closed_form(
     title="Energy over 100 000 steps without damping",
     formula="error < 1e-3 of the energy exchanged",
     source="Energy audit: what does not balance, over the sum of all changes of kinetic energy.",

@@ -7,40 +7,35 @@ from damagepred import Assembly, Joint
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError
 from tests.solvers.dynamic_scenes import DENSITY, STIFF, THICKNESS, G, dry, on_plate, run, stack, started
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 
-CHAPTER = "Dynamics"
+closed_form = chapter("Dynamics")
 
-MODES = ClosedForm(
-    chapter=CHAPTER,
+MODES = closed_form(
     title="Free vibration of a stack",
     formula="u_i(t) = (v/ω) sin(ω t) sin[i (2j - 1) π/(2n + 1)]\nω_j = 2 sqrt(K/m) sin[(2j - 1) π/(2 (2n + 1))]",
     source="Derived: chain of n equal masses on equal springs, fixed at one end.",
     note="Central differences shift the frequency to (2/dt) asin(ω dt/2), which is taken into account.",
 )
-HIGHEST = ClosedForm(
-    chapter=CHAPTER,
+HIGHEST = closed_form(
     title="Highest frequency, from which the time step follows",
     formula="ω_n = 2 sqrt(K/m) sin[(2n - 1) π/(2 (2n + 1))]",
     source="Derived: chain of n equal masses on equal springs, fixed at one end.",
 )
-DECAY = ClosedForm(
-    chapter=CHAPTER,
+DECAY = closed_form(
     title="Damped vibration",
     formula="viscous and Rayleigh: peaks fall by exp(-2π ξ/sqrt(1 - ξ²)), ξ = α/(2ω) + βω/2\n"
     "local: amplitude about the state of rest falls by (1 - a)/(1 + a) a cycle",
     source="Textbook; local damping: Cundall (1987), derived from constant decelerating force ratio.",
 )
-STATIC = ClosedForm(
-    chapter=CHAPTER,
+STATIC = closed_form(
     title="Coming to rest under dead load",
     formula="u_i = -W i (2n - i + 1)/(2 k_n A)",
     source="Derived: the joint below block i carries n - i + 1 blocks.",
     note="Started with unstressed joints, and damped until all is at rest: the contacts of large movement are as stiff "
     "as those of small.",
 )
-STABLE = ClosedForm(
-    chapter=CHAPTER,
+STABLE = closed_form(
     title="Stable time step in physical time",
     formula="dt <= 2/ω_max",
     source="Textbook: central differences.",

@@ -8,43 +8,38 @@ import pytest
 import damagepred
 from damagepred.scene import Solver
 from tests.verification.blocks import BRICK, STONE, UNITS, G, Unit, on_plate, stack
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 
 pytestmark = pytest.mark.quick_cases("solver")
 
-CHAPTER = "Elastic joints"
+closed_form = chapter("Elastic joints")
 
-STACK = ClosedForm(
-    chapter=CHAPTER,
+STACK = closed_form(
     title="Stack of blocks under its own weight",
     formula="u_i = W i (2n - i + 1) / (2 k_n A),   A = b t,   block i = 1 ... n from the bottom",
     source="Derived: the joint under block j carries n - j + 1 blocks; the closings of joints 1 to i add up.",
 )
-SERIES = ClosedForm(
-    chapter=CHAPTER,
+SERIES = closed_form(
     title="Stack of elastic blocks: their elasticity in series with the joints",
     formula="1/k = 1/k_n + s/E,   s = h between blocks and h/2 to the ground\nu_1 = n W / (k_ground A),   u_i = "
     "u_(i-1) + (n - i + 1) W / (k A)",
     source="Derived: joint and block between the middles of two blocks carry the same stress.",
     note="Rigid blocks with `lump_block_elasticity`.",
 )
-TILT = ClosedForm(
-    chapter=CHAPTER,
+TILT = closed_form(
     title="Elastic joint under an eccentric load",
     formula="θ = 12 N e / (k_n t b³),   u = N / (k_n A),   while e <= b/6",
     source="Derived: linear stress over a rectangular joint. Simpson's weights (1/6, 4/6, 1/6) integrate its moment "
     "exactly.",
 )
-SPRINGS = ClosedForm(
-    chapter=CHAPTER,
+SPRINGS = closed_form(
     title="Rotation of the elastic joint by the rule for its contacts",
     formula="θ k_n t b³ / (12 M) = 1 for Gauss-Lobatto rules of 3 or more contacts, 1/3 for 2,\n"
     "                      1/(1 - 1/q²) for q midpoints",
     source="Derived: second moment of the contacts' areas over b³/12.",
     note="Two springs at the ends make the joint three times too stiff; nine midpoints leave it 1.25 % too soft.",
 )
-STUCK = ClosedForm(
-    chapter=CHAPTER,
+STUCK = closed_form(
     title="Block that sticks on an incline",
     formula="u = W sin α / (k_s A),   θ = 12 (W sin α) (h/2) / (k_n t b³)",
     source="Derived: shear and moment of the weight on the elastic joint, nothing slipping and nothing opening.",

@@ -9,33 +9,29 @@ from scipy.integrate import cumulative_simpson
 import damagepred
 from damagepred import Movement, Scene, Solver, Wall, fit_fragility
 from damagepred.damage.table import load_table
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 
-CHAPTER = "Footing and fragility"
+closed_form = chapter("Footing and fragility")
 
-BEAM = ClosedForm(
-    chapter=CHAPTER,
+BEAM = closed_form(
     title="Footing beam under three equal loads at the quarter points",
     formula="E I w'' = -M(x),   w(0) = w(L) = 0;   δ = 19 P L³/(384 E I),   w(L/4)/δ = 27/38,   w'(0) = (60/19) δ/L",
     source="Euler-Bernoulli beam on two supports, its equation integrated numerically (Simpson, 4000 pieces a half); "
     "the closed forms follow from integrating by hand.",
 )
-ARC = ClosedForm(
-    chapter=CHAPTER,
+ARC = closed_form(
     title="Footing on a circular arc",
     formula="(x - L/2)² + (w - w_c)² = R²,   through both ends and δ above them in the middle",
     source="The three points satisfy the circle's equation: R by linear algebra.",
 )
-GROUND = ClosedForm(
-    chapter=CHAPTER,
+GROUND = closed_form(
     title="Wall that follows its footing",
     formula="opening of the footing interface + displacement of the ground = displacement of the wall's underside",
     source="Kinematics; the ground's displacement from the beam of the first check.",
     note="A flexible wall: its first course rests on the ground everywhere, so it takes the ground's shape, to the "
     "closing of the joint.",
 )
-FRAGILITY = ClosedForm(
-    chapter=CHAPTER,
+FRAGILITY = closed_form(
     title="Fragility of walls whose cracks grow with the movement",
     formula="w = c d X,  X = LN(0, β):   P(category >= k) = Φ(ln(c d/w_k)/β),   median w_k/c,   dispersion β",
     source="Derived; w_k: limits of AS 2870-2011 Table C1 (0.1, 1, 5, 15 mm).",

@@ -20,14 +20,13 @@ from tests.verification.footings import (
     path_of,
     reactions,
 )
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 
 pytestmark = pytest.mark.quick_cases("solver")
 
-CHAPTER = "Footing and ground"
+closed_form = chapter("Footing and ground")
 
-JACKS = ClosedForm(
-    chapter=CHAPTER,
+JACKS = closed_form(
     title="Footing alone on two supports and three equal jacks",
     formula="δ = 19 P L³/(384 E I) + P L/(2 κ G A)\nw(L/4) = (27/38) 19 P L³/(384 E I) + 3 P L/(8 κ G A),   κ = 5/6",
     source="Euler-Bernoulli beam under three equal loads at the quarter points, and its shear by virtual work.",
@@ -36,15 +35,13 @@ JACKS = ClosedForm(
     "the half segments over supports and of those that jacks stand between, shear is missing, an error of the order of "
     "h/L of the shear's share; so values for the stocky footing are taken to size 0 from two sizes.",
 )
-SAG = ClosedForm(
-    chapter=CHAPTER,
+SAG = closed_form(
     title="Footing that sags between two supports",
     formula="P = 0:   δ = 5 w L⁴/(384 E I) + w L²/(8 κ G A)",
     source="Timoshenko beam on two supports under uniform load: where the path of dishing on jacks ends.",
     note="Order: of the error over the length of segments, 2 of a slender beam, 1 of one whose error is that of shear.",
 )
-CHAIN = ClosedForm(
-    chapter=CHAPTER,
+CHAIN = closed_form(
     title="Chain of rigid segments",
     formula="δ = Σ [M m h/(E I) + V v (h/(κ G A) + h³/(12 E I))],   over the sections between segments",
     source="Virtual work: M, V by the load, m, v by a unit load at mid-length, where they are known by statics.",
@@ -52,23 +49,20 @@ CHAIN = ClosedForm(
     "underside along the wall with a millionth of their stiffness, and are 0.1 mm wide: that holds the ends of a "
     "slender footing back by some 0.02 %.",
 )
-ENDS = ClosedForm(
-    chapter=CHAPTER,
+ENDS = closed_form(
     title="Footing that cantilevers from its jacks",
     formula="supports at 0:   P = W/3,   δ = W L³/(288 E I) + W L/(24 κ G A)",
     source="Statics, and the formulas of the two checks before, with opposite signs.",
     note="Where the path of doming on jacks ends.",
 )
-ZONED = ClosedForm(
-    chapter=CHAPTER,
+ZONED = closed_form(
     title="Footing of zones on jacks",
     formula="δ = 19 P L³/(384 E I) + P L/(2 κ G A),   error ~ (cells over the depth)^-2",
     source="As for the beam of segments.",
     note="One block of constant-strain zones, which are too stiff in bending: see the cantilever of zones. To size 0, "
     "what is left is that the plane is no beam.",
 )
-TRANSFORMED = ClosedForm(
-    chapter=CHAPTER,
+TRANSFORMED = closed_form(
     title="Footing and brickwork bonded to it",
     formula="E I = Σ [E I_i + E A_i (y_i - y_0)²],  y_0 = Σ E A_i y_i / Σ E A_i;   κ G A = Σ κ_i G A_i\n"
     "δ = 5 w L⁴/(384 E I) + w L²/(8 κ G A)",
@@ -76,8 +70,7 @@ TRANSFORMED = ClosedForm(
     note="Rigid bricks in stack bond; their perpends have k_n h = E and k_s h = G, their beds let nothing slip. "
     "Bricks have κ = 1, as joints transfer shear evenly. Taken to size 0 from two sizes.",
 )
-NEWMARK = ClosedForm(
-    chapter=CHAPTER,
+NEWMARK = closed_form(
     title="Brickwork on a footing with a bed that slips",
     formula="δ = 5 w L⁴/(384 E I) + (E I/E I₀ - 1) w/(α⁴ E I) [1/cosh(αL/2) + α²L²/8 - 1] + w L²/(8 κ G A)\n"
     "α² = k_s t (1/E A₁ + 1/E A₂ + r²/E I₀),   E I₀ = E I₁ + E I₂,   E I = E I₀ + r² E A₁ E A₂/(E A₁ + E A₂)",

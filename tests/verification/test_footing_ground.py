@@ -22,21 +22,19 @@ from tests.verification.footings import (
     reactions,
     with_force,
 )
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 
 pytestmark = pytest.mark.quick_cases("solver")
 
-CHAPTER = "Footing and ground"
+closed_form = chapter("Footing and ground")
 
-SETTLES = ClosedForm(
-    chapter=CHAPTER,
+SETTLES = closed_form(
     title="Footing on level soil, and on soil that tilts",
     formula="u = w/(k b);   soil that moves by a + c x:   u = a + c x - w/(k b),  M = 0",
     source="Equilibrium: uniform load on uniform springs.",
     note="k: stiffness of the soil per area, b: width of the footing.",
 )
-HETENYI = ClosedForm(
-    chapter=CHAPTER,
+HETENYI = closed_form(
     title="Footing on an elastic foundation",
     formula="λ = (k b/(4 E I))^(1/4)\\n"
     "P in the middle:  w(L/2) = Pλ/(2 k b) (cosh λL + cos λL + 2)/(sinh λL + sin λL),\\n"
@@ -48,16 +46,14 @@ HETENYI = ClosedForm(
     note="The footing's weight keeps it down everywhere, and is taken off by its closed form, w/(k b). Hetényi's beam "
     "does not shear, which makes up to 0.6 % in the middle; the order is of the error against the beam that does.",
 )
-LIFTS = ClosedForm(
-    chapter=CHAPTER,
+LIFTS = closed_form(
     title="Heavy footing on a mound, from which it lifts off",
     formula="E I w'''' = -q + k b <ground - w>,   with shear, and springs that do not pull",
     source="Independent finite elements in the test: 600 exact Timoshenko elements (Przemieniecki 1968, 5.6), springs "
     "at their ends, the set of pressed ones found by iteration.",
     note="Levels are measured by the ground's movement, moments by the largest one.",
 )
-STEP = ClosedForm(
-    chapter=CHAPTER,
+STEP = closed_form(
     title="Heavy footing over a step in rigid ground",
     formula="δ = q a⁴ r (1 + r)/(48 E I),   b = r a,   r = (1 + √3)/2\\n"
     "M(edge) = -q a²/4,   R(edge) = q a (3/4 + r/2 + 1/(4 r)),   M = 0 and w' = 0 where it touches, a before and b "
@@ -66,8 +62,7 @@ STEP = ClosedForm(
     "lower level, where deflection, slope and moment are 0.",
     note="The ground is as stiff as a rock (1e12 Pa/m). Where the footing touches is known to a segment's length.",
 )
-LIFTED = ClosedForm(
-    chapter=CHAPTER,
+LIFTED = closed_form(
     title="Heavy footing lifted at its end from rigid ground",
     formula="ℓ = (24 E I δ/q)^(1/4),   R = q ℓ/2,   M = q ℓ²/8",
     source="Derived: Euler-Bernoulli beam, free along ℓ, with deflection, slope and moment 0 where it touches.",

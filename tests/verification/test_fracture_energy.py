@@ -19,7 +19,7 @@ from damagepred.kernels.joint.explicit_update import explicit_update
 from damagepred.kernels.joint.softening import Softening
 from tests.kernels.one_joint import one_joint
 from tests.verification.conftest import SOLVERS
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 
 pytestmark = pytest.mark.quick_cases("solver")
 
@@ -30,9 +30,8 @@ JOINT = Joint(tensile_strength=0.3e6, fracture_energy=40.0)
 F_T, G_F, K_N, K_S = JOINT.tensile_strength, 40.0, JOINT.normal_stiffness, JOINT.shear_stiffness
 U_0, W_C = F_T / K_N, 2 * G_F / F_T
 
-CHAPTER = "Joints that open, break and slide"
-MODE_I = ClosedForm(
-    chapter=CHAPTER,
+closed_form = chapter("Joints that open, break and slide")
+MODE_I = closed_form(
     title="Work of pulling a softening joint open",
     formula="∫ F du = A G_f",
     source="Linear softening; the area under it is the fracture energy, whatever the law says of shear.",
@@ -40,27 +39,23 @@ MODE_I = ClosedForm(
     "which a bond softens by slip; with less the first slip breaks it. “apex”: cohesion / tan φ is just the tensile "
     "strength. The quasi-static solver's own account of its work must say the same.",
 )
-TURNED = ClosedForm(
-    chapter=CHAPTER,
+TURNED = closed_form(
     title="Work of turning a softening joint open",
     formula="∫ (F dv + M dθ) = A G_f,   v = θ r",
     source="Each contact opens from nothing to beyond w_c.",
 )
-MIXED = ClosedForm(
-    chapter=CHAPTER,
+MIXED = closed_form(
     title="Softening joint that opens until slip breaks it",
     formula="u = n p,  s = m p;   breaks at k_s m p* = C(b) - σ tan φ(b),  b that of the opening n p*;\n"
     "∫ F·du/A = ∫ σ du + k_s (m p*)²/2;   fracture work over A = ∫ σ du - σ* n p*/2;   the rest is set free",
     source="The law along a straight path; p* by a root finder (scipy.optimize.brentq), the integral by quadrature.",
 )
-HALF = ClosedForm(
-    chapter=CHAPTER,
+HALF = closed_form(
     title="Work that a half-softened joint has taken",
     formula="fracture work = A G_f (1 - b),   b = (w_c - u)/(w_c - u_0);   elastic energy A b f_t u/2",
     source="Linear softening that unloads to the origin.",
 )
-BOX = ClosedForm(
-    chapter=CHAPTER,
+BOX = closed_form(
     title="Shear box whose bond the first slip breaks",
     formula="τ = k_s u up to C + p tan φ;   then C_r + p tan φ_r",
     source="Coulomb's law with residual cohesion and friction.",

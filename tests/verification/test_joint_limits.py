@@ -10,14 +10,13 @@ import damagepred
 from damagepred import Assembly, Solver
 from damagepred.assembly.assembly import rectangle
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, on_plate
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 
 pytestmark = pytest.mark.quick_cases("solver")
 
-CHAPTER = "Joints that open, break and slide"
+closed_form = chapter("Joints that open, break and slide")
 
-OPENED = ClosedForm(
-    chapter=CHAPTER,
+OPENED = closed_form(
     title="Joint without tension under an eccentric load",
     formula="e <= b/6:  θ = 12 N e / (k_n t b³)\ne >  b/6:  θ = 2 N / (k_n t a²),   a = 3 (b/2 - e)",
     source="Derived: the pressed part of length a carries a triangle of stress whose resultant is the load.",
@@ -25,36 +24,31 @@ OPENED = ClosedForm(
     "the chapter on convergence. The interface is cut into parts of three contacts (Simpson): 4 at the defaults, "
     "8 x 4 where it lies on a plate of 8 pieces.",
 )
-OPENED_SPRINGS = ClosedForm(
-    chapter=CHAPTER,
+OPENED_SPRINGS = closed_form(
     title="Plate on springs that carry no tension",
     formula="Σ k_i max(u + θ x_i, 0) = N,   Σ k_i max(u + θ x_i, 0) x_i = N e",
     source="Equilibrium of the same contacts, solved by a general root finder (scipy.optimize.root).",
     note="The same joint as before with the contacts as they are, so that nothing is left to quadrature.",
 )
-RELEASE = ClosedForm(
-    chapter=CHAPTER,
+RELEASE = closed_form(
     title="Tension that breaks a bond",
     formula="F (1/A + 6 e / (b² t)) = f_t",
     source="Derived: edge stress of the elastic joint under the tension F at the eccentricity e.",
     note="The edge contact of three breaks first. Far off the middle (e > b/6) the other two may still hold the block.",
 )
-INCLINE = ClosedForm(
-    chapter=CHAPTER,
+INCLINE = closed_form(
     title="Block that slides on an incline",
     formula="slides when tan α > tan φ   (and b/h > tan φ)",
     source="Coulomb.",
 )
-TOPPLE = ClosedForm(
-    chapter=CHAPTER,
+TOPPLE = closed_form(
     title="Block that topples on an incline",
     formula="topples when tan α > b/h   (and tan φ > b/h)",
     source="The weight leaves the base.",
     note="Time steps to collapse may be many: local damping also acts on the chatter of the corner the block turns on, "
     "and that brakes the turning, which is slow so near to the limit.",
 )
-SHEAR_BOX = ClosedForm(
-    chapter=CHAPTER,
+SHEAR_BOX = closed_form(
     title="Shear box under constant pressure",
     formula="τ = min(k_s u, C + p tan φ);   slip = max(u - u_p, 0),   u_p = (C + p tan φ)/k_s;\nrise = slip tan ψ",
     source="Coulomb's law with cohesion, integrated along a straight path; rigid box, so all contacts do the same.",

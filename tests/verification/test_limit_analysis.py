@@ -9,35 +9,31 @@ import damagepred
 from damagepred.scene import Solver
 from tests.verification.dry_walls import DryWall, arch, box, leaning, portal, running_bond
 from tests.verification.limit_analysis import collapse_factor
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 
-CHAPTER = "Limit analysis"
+closed_form = chapter("Limit analysis")
 
-BLOCK = ClosedForm(
-    chapter=CHAPTER,
+BLOCK = closed_form(
     title="Limit analysis of one block, and of a leaning wall",
     formula="block: λ = min(μ, b/h);   courses that lean by tan β against the push: λ = (μ - tan β)/(1 + μ tan β)",
     source="Coulomb; the weight leaves the base. Sliding of all that is above a bed joint.",
     note="A check of the linear program itself.",
 )
-SEMICIRCLE = ClosedForm(
-    chapter=CHAPTER,
+SEMICIRCLE = closed_form(
     title="Thinnest semicircular arch under its own weight",
     formula="t/R = 0.1075   (R: radius of the middle line; radial joints, weight where it is)",
     source="Milankovitch, Z. Math. Phys. 55 (1907); Ochsendorf, Struct. Engineer 84 (2006).",
     note="For infinitely many voussoirs. With n of them hinges form at joints only and the arch may be a little "
     "thinner; the solvers are judged by the linear program for the same n. No equilibrium found counts as fallen.",
 )
-FERRIS = ClosedForm(
-    chapter=CHAPTER,
+FERRIS = closed_form(
     title="Dry wall of Ferris and Tin-Loi, example 1",
     formula="λ = 0.640 (joints that do not dilate), 0.643 (that do: limit analysis)",
     source="Ferris and Tin-Loi, Int. J. Mech. Sci. 43 (2001) 209-224: 33 blocks of 400 x 175 mm in 6 courses, half "
     "blocks at the ends of the lowest, μ = 0.65, horizontal force λ times the weight.",
     note="Computed is the largest factor at which the solver found an equilibrium, the load growing from nothing.",
 )
-PUSHED = ClosedForm(
-    chapter=CHAPTER,
+PUSHED = closed_form(
     title="Dry walls pushed over",
     formula="max λ:  equilibrium of every block under dead load + λ live load,   n >= 0,  |t| <= μ n",
     source="Static theorem of limit analysis, by linear programming (scipy.optimize.linprog, HiGHS); own geometry, "

@@ -17,7 +17,7 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Joint, Loads, Movement, Scene, Solver, Wall
 from damagepred import Assembly, Joint, Solver
 from damagepred.assembly.assembly import rectangle
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 
 pytestmark = pytest.mark.quick_cases("solver")
 
@@ -27,22 +27,19 @@ JOINT = Joint(tensile_strength=STRENGTH, fracture_energy=ENERGY)
 U_0, W_C = STRENGTH / K_N, 2 * ENERGY / STRENGTH
 CRACKED = 1
 
-CHAPTER = "Joints that open, break and slide"
-PULL = ClosedForm(
-    chapter=CHAPTER,
+closed_form = chapter("Joints that open, break and slide")
+PULL = closed_form(
     title="Softening joint pulled open",
     formula="F = A k_n u for u <= u_0,  A f_t (w_c - u)/(w_c - u_0) beyond;   u_0 = f_t/k_n,  w_c = 2 G_f/f_t;\n"
     "∫ F du = A G_f",
     source="Linear softening; the area under it is the fracture energy.",
 )
-PAIR = ClosedForm(
-    chapter=CHAPTER,
+PAIR = closed_form(
     title="Two softening joints in a row",
     formula="u_1 + u_2 = u,   f_t (w_c - u_1)/(w_c - u_0) = k_n u_2",
     source="Both joints carry the same: the weaker one softens, the stronger one unloads elastically.",
 )
-TILT = ClosedForm(
-    chapter=CHAPTER,
+TILT = closed_form(
     title="Softening joint tilted open",
     formula="Σ A_i σ(v + θ x_i) = 0,   M = Σ A_i σ(v + θ x_i) x_i",
     source="Equilibrium of the contacts on their softening law, the rise v by a root finder (scipy.optimize.brentq).",

@@ -16,12 +16,11 @@ from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, on_plate, stack
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 
-CHAPTER = "Vibration and time stepping"
+closed_form = chapter("Vibration and time stepping")
 
-CHAIN = ClosedForm(
-    chapter=CHAPTER,
+CHAIN = closed_form(
     title="Frequencies of a stack of blocks",
     formula="ω_j = 2 √(K/m) sin[(2j - 1) π / (2 (2n + 1))],   K = k_n A,   j = 1 ... n",
     source="Chain of n equal masses and springs, fixed at one end and free at the other (e.g. Rayleigh, The Theory of "
@@ -29,8 +28,7 @@ CHAIN = ClosedForm(
     note="Stiffness matrix: all its vertical frequencies. Explicit cycle: the time between zeros of the top block, all "
     "beginning in the mode; the time step shortens the period by (ω dt)²/24.",
 )
-LIMIT = ClosedForm(
-    chapter=CHAPTER,
+LIMIT = closed_form(
     title="Largest stable time step",
     formula="ω_max dt = 2 / √(1 - α²),   α: local damping",
     source="Derived: the drag turns with the motion, within the step. A block that alternates every step is slowed "
@@ -38,15 +36,13 @@ LIMIT = ClosedForm(
     "blocks may also be slowed through the whole step.",
     note="Found by bisection: does the highest mode grow, begun as the motion that alternates?",
 )
-DECREMENT = ClosedForm(
-    chapter=CHAPTER,
+DECREMENT = closed_form(
     title="Local damping of one block on a spring",
     formula="|u_(i+1) / u_i| = √((1 - α)/(1 + α)) per half cycle; 1/3 for α = 0.8",
     source="Derived: the block falls back under (1 - α) and moves on against (1 + α) times the spring's force.",
     note="In the limit of short time steps; here ω dt = 0.005.",
 )
-DROP = ClosedForm(
-    chapter=CHAPTER,
+DROP = closed_form(
     title="Block dropped on its joint",
     formula="u_max = (W/K) [1 + √(1 + 2 K H/W)];   rebounds to H",
     source="Derived: conservation of energy; the joint carries no tension.",
@@ -55,8 +51,7 @@ DROP = ClosedForm(
     "a cell of its face; where the plate is wider than the block its cells do not fit, and K is right to 15 %. The "
     "rebound is H all the same.",
 )
-WAVE = ClosedForm(
-    chapter=CHAPTER,
+WAVE = closed_form(
     title="Wave in a stack",
     formula="c = √(E_eff/ρ),   1/E_eff = 1/E + 1/(k_n h),   rigid blocks: E_eff = k_n h;\n"
     "a displacement released at rest splits into two halves",
@@ -65,8 +60,7 @@ WAVE = ClosedForm(
     "of wave number κ lag by (κ h)²/24, which is the error seen.",
 )
 
-SLIDE = ClosedForm(
-    chapter=CHAPTER,
+SLIDE = closed_form(
     title="Block that slides down an incline",
     formula="s = a T²/2,   a = g (sin α - tan φ cos α)",
     source="Newton and Coulomb.",

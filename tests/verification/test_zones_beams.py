@@ -11,16 +11,15 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.points import Where
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import ClosedForm, Verify, chapter
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, centres, moduli, order, solved, zones_of
 
 pytestmark = pytest.mark.quick_cases("solver")
 
-CHAPTER = "Zones"
+closed_form = chapter("Zones")
 THICKNESS = 0.1
 
-CANTILEVER = ClosedForm(
-    chapter=CHAPTER,
+CANTILEVER = closed_form(
     title="Cantilever",
     formula="σ_xx = -P (L - x) y / I,   σ_yy = 0,   τ_xy = P (c² - y²)/(2 I),   I = 2 c³/3\n"
     "u = -P y/(6 E I) [(6 L - 3 x) x + (2 + ν)(y² - c²)]\n"
@@ -32,8 +31,7 @@ CANTILEVER = ClosedForm(
     "over the largest exact value. Order: slope of log(error) over log(zone size) from 2 to 8 cells over the height; "
     "triangles of constant strain have 2 and 1.",
 )
-DEEP = ClosedForm(
-    chapter=CHAPTER,
+DEEP = closed_form(
     title="Deep beam under uniform load",
     formula="σ_xx = -q/(2 I) [(l² - x²) y + 2 y³/3 - 2 c² y/5],   σ_yy = q/(2 I) (y³/3 - c² y - 2 c³/3)\n"
     "τ_xy = q/(2 I) (c² - y²) x,   I = 2 c³/3;   on the axis\n"
@@ -44,8 +42,7 @@ DEEP = ClosedForm(
 )
 
 
-BRICK = ClosedForm(
-    chapter=CHAPTER,
+BRICK = closed_form(
     title="Brick of default zones in pure bending",
     formula="W = E I κ² L / 2;   plane strain: E/(1 - ν²)",
     source="Theory of elasticity: plane sections stay plane.",

@@ -8,13 +8,12 @@ import pytest
 from damagepred import Assembly, BlockMaterial, Joint, Solver
 from damagepred.arrays import FloatArray
 from damagepred.assembly.assembly import rectangle
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, solved, zones_of
 
-CHAPTER = "Zones"
+closed_form = chapter("Zones")
 
-SERIES = ClosedForm(
-    chapter=CHAPTER,
+SERIES = closed_form(
     title="Stack that is pressed or pulled",
     formula="u_i = σ [i/k_n + (2i - 1) h/(2E)] at the middle of block i;   opening of each joint σ/k_n;\n"
     "rigid: 1/k = 1/k_n + h_a/E_a + h_b/E_b, the same u_i, the joint's opening with the blocks' share",
@@ -22,16 +21,14 @@ SERIES = ClosedForm(
     note="A weightless stack bears σ on top, on joints without friction, so that it may widen; n blocks, the lowest on "
     "the ground. The bricks' elasticity in zones, or lumped into the joints of rigid bricks.",
 )
-ROTATION = ClosedForm(
-    chapter=CHAPTER,
+ROTATION = closed_form(
     title="Joint that opens under a deformable block",
     formula="θ = 2 N/(k_n t a²),   a = 3 (b/2 - e);   gap at the free edge θ (b - a)",
     source="As for rigid blocks on a joint without tension: k_n h << E.",
     note="N acts as a pressure that varies linearly over the top, with its resultant at e. The block bends a little: "
     "exact for k_n h/E → 0, here 1e-2.",
 )
-WINKLER = ClosedForm(
-    chapter=CHAPTER,
+WINKLER = closed_form(
     title="Brick on a joint under a line load",
     formula="E I φ'' + κ G A (w' - φ) = 0,   κ G A (w'' - φ') - k w = 0,   κ G A (w' - φ) = ∓P/2 at x = 0±;\n"
     "k = k_n t,   κ = 10 (1 + ν)/(12 + 11 ν);   w = Σ A_j exp(-r_j x), r⁴ - r² k/(κ G A) + k/(E I) = 0",

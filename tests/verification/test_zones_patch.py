@@ -7,7 +7,7 @@ from damagepred import Assembly, BlockMaterial, Joint, Solver
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly.mesh import cut_into_zones
 from damagepred.assembly.points import Where
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 from tests.verification.zoned_blocks import (
     BRICKWORK,
     CONCRETE,
@@ -22,10 +22,9 @@ from tests.verification.zoned_blocks import (
 
 pytestmark = pytest.mark.quick_cases("solver")
 
-CHAPTER = "Zones"
+closed_form = chapter("Zones")
 
-PATCH = ClosedForm(
-    chapter=CHAPTER,
+PATCH = closed_form(
     title="Patch test of one block",
     formula="u = H x on the boundary:   u = H x inside,\n"
     "σ = D ε,   ε = (H + Hᵀ)/2,   σ_zz = 0 (plane stress) or ν (σ_xx + σ_yy) (plane strain)",
@@ -33,8 +32,7 @@ PATCH = ClosedForm(
     note="All gridpoints of the outline are moved. Stresses over the largest stress, displacements over the largest "
     "displacement.",
 )
-JOINED = ClosedForm(
-    chapter=CHAPTER,
+JOINED = closed_form(
     title="Patch test across joints",
     formula="σ constant;   u = ε x + Σ J_i [x beyond line i],   J_i = n (n·σn)/k_n + s (s·σn)/k_s",
     source="Derived: straight lines cut the patch; the traction σn on a line opens and shears its joint evenly by J, "

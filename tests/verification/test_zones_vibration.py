@@ -12,15 +12,14 @@ from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, order
 
 pytestmark = pytest.mark.quick_cases()
 
-CHAPTER = "Vibration and time stepping"
+closed_form = chapter("Vibration and time stepping")
 
-BAR = ClosedForm(
-    chapter=CHAPTER,
+BAR = closed_form(
     title="Frequencies of a bar of zones",
     formula="ω_j = (2j - 1) π c/(2 L),   c = √(E/ρ), plane strain √(E (1 - ν)/(ρ (1 + ν)(1 - 2ν)));   j = 1 ... 3",
     source="Fixed at one end, free at the other (e.g. Timoshenko, Vibration Problems). ν = 0, or plane strain with the "
@@ -28,8 +27,7 @@ BAR = ClosedForm(
     note="Stiffness of the zones, masses lumped at gridpoints. Order: slope of log(error) over log(zone size), all "
     "three frequencies together.",
 )
-LAME = ClosedForm(
-    chapter=CHAPTER,
+LAME = closed_form(
     title="Lamé's mode of a free square",
     formula="ω = π √(2 G/ρ) n/a,   u = cos(n π x/a) sin(n π y/a), v = -sin(n π x/a) cos(n π y/a)",
     source="Lamé (1852): without change of volume or traction on any edge, hence the same for plane stress, plane "
@@ -37,8 +35,7 @@ LAME = ClosedForm(
     note="Of all modes the one that is most like it: its frequency, and the cosine of the two shapes, by mass. A "
     "square has another mode of this symmetry a tenth above the first; cells are so small that the two are apart.",
 )
-PULSE = ClosedForm(
-    chapter=CHAPTER,
+PULSE = closed_form(
     title="Elastic wave in a bar of zones",
     formula="c = √(E/ρ);   a displacement released at rest splits into two halves; stress = ρ c × velocity",
     source="d'Alembert.",

@@ -12,18 +12,17 @@ from damagepred.assembly.points import Where
 from damagepred.enumerations import ZoneState
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment
-from tests.verification.manual import ClosedForm, Verify
+from tests.verification.manual import Verify, chapter
 from tests.verification.zoned_blocks import moduli, point_forces, solved, zones_of
 
 pytestmark = pytest.mark.quick_cases("solver")
 
-CHAPTER = "Zones"
+closed_form = chapter("Zones")
 LENGTH, HEIGHT, THICKNESS = 0.3, 0.5, 0.1
 ALLOWED = {"explicit": 3e-3, "quasi_static": 1e-5}
 """The explicit solver swings beyond its rest a little, and comes back elastically: to just below the limit."""
 
-SURFACE = ClosedForm(
-    chapter=CHAPTER,
+SURFACE = closed_form(
     title="Blocks on the yield surface",
     formula="σ_1 - σ_3/K = f_c/K or σ_1 = f_t, principal stresses σ_1 ≥ σ_2 ≥ σ_3 of all three directions;\n"
     "f_c = 2 C (√(1 + tan²φ) + tan φ),   K = (√(1 + tan²φ) + tan φ)²;   until then σ_yy = E' ε_yy + ...",
@@ -33,8 +32,7 @@ SURFACE = ClosedForm(
     "strength, a lateral tension takes some. Elastic: mean σ_yy in the steps before. Limit: σ_yy of all zones in the "
     "steps after, the same in each. The flow is associated, or the limit would not be unique: see below.",
 )
-BANDS = ClosedForm(
-    chapter=CHAPTER,
+BANDS = closed_form(
     title="Blocks that flow without dilation",
     formula="f_c* ≤ |σ_yy| ≤ f_c;   f_c* as f_c with C* = C cos φ, tan φ* = sin φ",
     source="Davis (1968): strength along a band that slips without dilation, ψ = 0. f_c holds while the block deforms "
@@ -43,8 +41,7 @@ BANDS = ClosedForm(
     "depends on the mesh and on the way. Mean stress at the end, over f_c: the exact value given is the middle "
     "between the bounds, the allowed error half their distance.",
 )
-SET = ClosedForm(
-    chapter=CHAPTER,
+SET = closed_form(
     title="Plastic set after unloading",
     formula="F_weak = f_c A;   after unloading: set = (P/2 - f_c A)/k,   force in the columns ±(P/2 - f_c A)",
     source="Derived: two columns of stiffness k under a stiff beam, P shared; the weak one yields at f_c A, and both "
@@ -52,8 +49,7 @@ SET = ClosedForm(
     note="A beam kept level on a column that yields and one that does not, on frictionless joints; the dead load P is "
     "taken away by a live load. 1/k = H/(E' A) + 2/(k_n A).",
 )
-PUNCH = ClosedForm(
-    chapter=CHAPTER,
+PUNCH = closed_form(
     title="Smooth strip punch",
     formula="q = (2 + π) C",
     source="Prandtl (1920): limit load on a half plane, φ = 0, plane strain.",
