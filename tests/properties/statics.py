@@ -5,7 +5,7 @@ No check uses the solvers' own diagnostics: forces are summed from the contact s
 
 from __future__ import annotations
 
-from dataclasses import asdict, fields, is_dataclass
+from dataclasses import asdict, fields, is_dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -88,15 +88,21 @@ def unbalanced(model: Model, step: Increment) -> FloatArray:
     pull = pull * face.contact_area[..., None]
     centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
     force = np.zeros((n + 1, 3))
-    force[:n] = (model.supports.load + step.load_factor * model.supports.live_load).reshape(n, 3)
-    if step.support_force is not None:
-        force[:n] += step.support_force
+    force[:n] = model.supports.load.reshape(n, 3)
     for block, sign in ((face.block_a, 1.0), (face.block_b, -1.0)):
         arm = where - centre[block][:, None]
         turn = arm[..., 0] * pull[..., 1] - arm[..., 1] * pull[..., 0]
         np.add.at(force, block, sign * np.column_stack((pull.sum(axis=1), turn.sum(axis=1))))
     force[:n, 2] /= np.sqrt(model.blocks.polar / model.blocks.area)
     return force[:n] / model.mean_block_weight
+
+
+def imbalance(model: Model, step: Increment) -> float:
+    """Largest unbalanced force over the mean block weight, under live loads and held by supports, too."""
+    acting = model.supports.load + step.load_factor * model.supports.live_load
+    if step.support_force is not None:
+        acting = acting + step.support_force.ravel()
+    return float(np.abs(unbalanced(replace(model, supports=model.supports._replace(load=acting)), step)).max())
 
 
 def plain_law(model: Model) -> bool:
@@ -125,6 +131,6 @@ def beyond_law(model: Model, step: Increment) -> float:
 def statics(found: Found, allowed: float) -> tuple[float, float]:
     """Worst imbalance and excess (block weights) of all equilibria; law only where it is the plain one."""
     standing = [step for step in found.path if not step.collapsed]
-    worst = max((float(np.abs(unbalanced(found.model, step)).max()) for step in standing), default=0.0)
+    worst = max((imbalance(found.model, step) for step in standing), default=0.0)
     law = max((beyond_law(found.model, step) for step in standing), default=0.0) if plain_law(found.model) else 0.0
     return worst / allowed, law / allowed
