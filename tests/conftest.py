@@ -20,45 +20,24 @@ title = "small wall that cracks"
 samples = 6
 seed = 7
 stop_at_category = 4
-
+[scene]
+joint = { tensile_strength = "0.1 MPa", cohesion = "0.1 MPa" }
+loads = { roof = "2 kN" }
 [scene.wall]
 length = 1.44
 height = 0.45
-
-[scene.joint]
-tensile_strength = "0.1 MPa"
-cohesion = "0.1 MPa"
-
 [scene.movement]
 kind = "doming"
 central_deflection = "6 mm"
 increments = 6
-
-[scene.loads]
-roof = "2 kN"
-
-[variables."joint.tensile_strength"]
-distribution = "lognormal"
-mean = "0.1 MPa"
-cov = 0.3
-field = { course_correlation = 0.4 }
-
-[variables."joint.cohesion"]
-distribution = "lognormal"
-mean = "0.1 MPa"
-cov = 0.35
-field = { course_correlation = 0.4 }
-
-[variables."joint.friction"]
-distribution = "lognormal"
-mean = 0.75
-cov = 0.15
-
+[variables]
+"joint.tensile_strength" = { distribution = "lognormal", mean = "0.1 MPa", cov = 0.3, field.course_correlation = 0.4 }
+"joint.cohesion" = { distribution = "lognormal", mean = "0.1 MPa", cov = 0.35, field.course_correlation = 0.4 }
+"joint.friction" = { distribution = "lognormal", mean = 0.75, cov = 0.15 }
 [variables."movement.central_deflection"]
 distribution = "uniform"
 lower = "6 mm"
 upper = "9 mm"
-
 [correlation]
 "joint.tensile_strength" = { "joint.cohesion" = 0.7 }
 """

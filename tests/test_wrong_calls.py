@@ -21,20 +21,8 @@ from damagepred.uq import fragility
 from tests.synthetic_studies import synthetic_study
 
 WRONG: tuple[Any, ...] = (None, "x", "", b"x", -1, 0, 2.5, math.nan, math.inf, -math.inf, 1e300, -1e300, 10**400, 2**62)
-WRONG += (
-    True,
-    [],
-    {},
-    (1, 2),
-    ["a"],
-    [math.nan],
-    object(),
-    1j,
-    np.array([[1.0]]),
-    xr.Dataset(),
-    Path("no/where"),
-    print,
-)
+WRONG += (True, [], {}, (1, 2), ["a"], [math.nan], object(), 1j, np.array([[1.0]]))
+WRONG += (xr.Dataset(), Path("no/where"), print)
 """What each argument is replaced by."""
 
 

@@ -190,7 +190,7 @@ def test_densities_of_another_cause_and_of_measurements_add_up_to_one() -> None:
 @pytest.mark.thorough
 def test_a_window_that_has_closed_tells_the_movement(tmp_path: Path) -> None:
     text = FIXED.replace("stop_at_category = 4", "").replace(
-        "[scene.joint]", "[[scene.opening]]\nx = 0.48\ny = 0.15\nwidth = 0.48\nheight = 0.3\n\n[scene.joint]"
+        "[scene]", "[scene]\nopening = [{ x = 0.48, y = 0.15, width = 0.48, height = 0.3 }]"
     )
     Study(StudySettings.from_dict(tomllib.loads(text))).run(tmp_path / "window.dp", samples=6)
     walls = StoredWalls(tmp_path / "window.dp")
@@ -389,9 +389,7 @@ def test_surveys_that_fit_the_wall_and_themselves_are_taken(tmp_path: Path) -> N
         ('[[window]]\nopening = 1\nsticks = true\nwidth_change = "1 mm"', "give one of sticks and width_change"),
     ],
 )
-def test_wrong_observations_are_answered_by_a_sentence(
-    text: str, sentence: str, causes: list[Path], tmp_path: Path
-) -> None:
+def test_wrong_observations_are_answered_by_a_sentence(text: str, sentence: str, causes: list[Path], tmp_path: Path):
     file = tmp_path / "observations.toml"
     file.write_text(text)
     with pytest.raises(InputError) as error:

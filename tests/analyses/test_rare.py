@@ -116,9 +116,7 @@ def test_interrupted_and_run_by_others_it_is_the_same(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("steps", "known"), [(0, None), (2, None), (3, "not by 4 mm"), (5, "not by 4 mm")])
-def test_a_failed_wall_is_known_up_to_its_failure(
-    steps: int, known: str | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failed_wall_is_known_up_to_its_failure(steps: int, known: str | None, monkeypatch: pytest.MonkeyPatch):
     asked = study_for_limit_state(settings(), Question(4, 4e-3))
     scene, fields = normals_to_wall(asked, asked.design(), np.zeros(len(asked.design().wall) + 2 * _joints(asked)))
     whole = margin(scene, fields, Question(4, 4e-3))
@@ -144,14 +142,9 @@ def test_a_failed_wall_is_known_up_to_its_failure(
 FRICTION_ONLY = (
     TINY[: TINY.index("[variables")]
     + """
-[variables."joint.friction"]
-distribution = "normal"
-mean = 1.0
-std = 0.1
-[variables."joint.tensile_strength"]
-distribution = "normal"
-mean = 0.1e6
-std = 0.01e6
+[variables]
+"joint.friction" = { distribution = "normal", mean = 1.0, std = 0.1 }
+"joint.tensile_strength" = { distribution = "normal", mean = 0.1e6, std = 0.01e6 }
 """
 )
 

@@ -139,23 +139,17 @@ def test_tables_of_a_posterior() -> None:
     each, state = "study", ("study", "further", "category")
     bounds = np.array([[[0.1, 0.0], [0.0, 0.3]], [[0.5, 0.5], [0.2, 0.2]]])
     ds = xr.Dataset(
-        {
-            "movement_quantile": ((each, "quantile"), np.array([[1, 2, 3, 4, 5.0], [2, 3, 4, 5, 6.0]]) * 1e-3),
-            "movement_cut": (each, [0.06, 0.05]),
-            "movement_largest": (each, [8e-3, 6e-3]),
-            "movement_words": (each, ["central deflection"] * 2),
-            "movement_units": (each, ["m"] * 2),
-            "cause_prior": (each, [0.5, 0.25]),
-            "another_cause_prior": 0.25,
-            "posterior_odds": (each, [3.0, np.nan]),
-            "another_cause_odds": 0.25,
-            "effective_samples": (each, [51.26, 4.0]),
-            "resemblance": (each, [0.5, 0.0001]),
-            "future_probability_lower": (state, bounds),
-            "future_probability_upper": (state, bounds + np.array([[0.0, 0.996], [0.2, 0.004]])),
-            "future_known": ((each, "further"), [[1.0, 0.5], [0.25, 0.0]]),
-            "log_evidence": (each, [0.0, 0.0]),
-        },
+        (
+            {"movement_quantile": ((each, "quantile"), np.array([[1, 2, 3, 4, 5.0], [2, 3, 4, 5, 6.0]]) * 1e-3)}
+            | {"movement_cut": (each, [0.06, 0.05]), "movement_largest": (each, [8e-3, 6e-3])}
+            | {"movement_words": (each, ["central deflection"] * 2), "movement_units": (each, ["m"] * 2)}
+            | {"cause_prior": (each, [0.5, 0.25]), "another_cause_prior": 0.25}
+            | {"posterior_odds": (each, [3.0, np.nan]), "another_cause_odds": 0.25}
+            | {"effective_samples": (each, [51.26, 4.0]), "resemblance": (each, [0.5, 0.0001])}
+            | {"future_probability_lower": (state, bounds)}
+            | {"future_probability_upper": (state, bounds + np.array([[0.0, 0.996], [0.2, 0.004]]))}
+            | {"future_known": ((each, "further"), [[1.0, 0.5], [0.25, 0.0]]), "log_evidence": (each, [0.0, 0.0])}
+        ),
         {each: ["clay", "tree"], "further": [0.0, 0.5], "category": [1, 2]},
         (
             {"discrepancy_points": 7, "discrepancy_width": 4e-4, "discrepancy_interval_width": "0.0002 to 0.0008"}
@@ -289,8 +283,7 @@ def test_a_log_of_walls_without_damaged_lines(tmp_path: Path) -> None:
 
 def test_the_study_of_a_limit_state_has_no_movement_of_its_own() -> None:
     text = SMALL_STUDY.replace(
-        '"joint.tensile_strength" = {',
-        '"joint.friction" = { "movement.central_deflection" = 0.2 }\n"joint.tensile_strength" = {',
+        "[correlation]\n", '[correlation]\n"joint.friction" = { "movement.central_deflection" = 0.2 }\n'
     ).replace("seed = 7", 'seed = 7\nreplicates = 2\nmovement = "both"')
     settings = StudySettings.from_dict(tomllib.loads(text))
     asked = study_for_limit_state(settings, Question(3, 4e-3, reach=1.0))

@@ -146,9 +146,7 @@ def test_a_file_without_bricks_resumes_a_folder_of_rigid_bricks_with_rigid_brick
         ('accuracy = "fine"', True),
     ],
 )
-def test_a_file_that_states_its_bricks_resumes_a_folder_of_the_same_bricks(
-    tmp_path: Path, solver: str, refused: bool
-) -> None:
+def test_a_file_that_states_its_bricks_resumes_a_folder_of_the_same_bricks(tmp_path: Path, solver: str, refused: bool):
     file = tmp_path / "stated.toml"
     file.write_text(RIGID.with_suffix(".toml").read_text() + f"[scene.solver]\n{solver}\n")
     folder = Path(shutil.copytree(RIGID, tmp_path / "rigid.dp"))

@@ -77,20 +77,15 @@ time.sleep(60)
 
 EXPLICIT = '[scene.solver]\nmethod = "explicit"\ntolerance = 1e-2\n'
 DEFORMABLE = '[scene.solver]\nblocks = "deformable"\n'
-SOFTENING = """
-[variables."joint.fracture_energy"]
-distribution = "uniform"
-lower = 5
-upper = 20
-field = { course_correlation = 0.2 }
-"""
+SOFTENING = '[variables."joint.fracture_energy"]\ndistribution = "uniform"\nlower = 5\nupper = 20\n'
+SOFTENING += "field = { course_correlation = 0.2 }\n"
 
 
 @pytest.mark.parametrize("kind", ["explicit", "deformable", "softening"])
 def test_replay_is_bit_for_bit_with_any_solver_and_fields(tmp_path: Path, kind: str) -> None:
     text = SMALL_STUDY.replace("increments = 6", "increments = 2")
     if kind == "softening":
-        text = text.replace("[scene.joint]", "[scene.joint]\nfracture_energy = 10.0").replace(
+        text = text.replace("joint = {", "joint = { fracture_energy = 10.0,").replace(
             "[correlation]", SOFTENING + "[correlation]"
         )
     else:

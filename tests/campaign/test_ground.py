@@ -17,16 +17,10 @@ WALL = """
 [study]
 samples = 4
 seed = 3
-[scene.wall]
-length = 1.92
-height = 0.45
-[scene.footing]
-width = 0.1
-depth = 0.06
-elastic_modulus = "7 GPa"
-[scene.joint]
-tensile_strength = "5 kPa"
-cohesion = "10 kPa"
+[scene]
+wall = { length = 1.92, height = 0.45 }
+footing = { width = 0.1, depth = 0.06, elastic_modulus = "7 GPa" }
+joint = { tensile_strength = "5 kPa", cohesion = "10 kPa" }
 [variables."joint.tensile_strength"]
 distribution = "lognormal"
 mean = "5 kPa"
@@ -42,10 +36,8 @@ surface_movement = "50 mm"
 edge_distance = 0.8
 [scene.soil]
 shrinking_stiffness = 2e7
-[variables."mound.surface_movement"]
-distribution = "uniform"
-lower = "50 mm"
-upper = "80 mm"
+[variables]
+"mound.surface_movement" = { distribution = "uniform", lower = "50 mm", upper = "80 mm" }
 """
 JACKS = """
 [scene.movement]

@@ -24,7 +24,9 @@ HOUSE = """
 [study]
 samples = 3
 seed = 3
-
+[scene]
+joint = { tensile_strength = "0.004 MPa", cohesion = "0.004 MPa" }
+footing = { width = 0.2, depth = 0.1 }
 [[scene.wall]]
 name = "front"
 start = [0.0, 0.0]
@@ -33,7 +35,6 @@ height = 0.3
 block_length = 0.48
 block_height = 0.15
 opening = [{ kind = "window", x = 0.48, y = 0.15, width = 0.48, height = 0.15 }]
-
 [[scene.wall]]
 name = "side"
 start = [1.44, 0.0]
@@ -41,54 +42,25 @@ end = [1.44, 0.96]
 height = 0.3
 block_length = 0.48
 block_height = 0.15
-
-[scene.wall.joint]
-tensile_strength = "0.004 MPa"
-cohesion = "0.004 MPa"
-
-[scene.joint]
-tensile_strength = "0.004 MPa"
-cohesion = "0.004 MPa"
-
-[scene.footing]
-width = 0.2
-depth = 0.1
-
+joint = { tensile_strength = "0.004 MPa", cohesion = "0.004 MPa" }
 [scene.mound]
 shape = "tree"
 point = [-0.5, 0.0]
 reach = 2.0
 surface_movement = "40 mm"
-
 [scene.movement]
 kind = "settle"
 increments = 2
-
+[variables]
+"wall.side.joint.cohesion" = { distribution = "lognormal", mean = "0.004 MPa", cov = 0.3 }
+"wall.thickness" = { distribution = "uniform", lower = 0.1, upper = 0.12 }
+"corner.pressure" = { distribution = "uniform", lower = 0.0, upper = "20 kPa" }
+"mound.reach" = { distribution = "uniform", lower = 1.5, upper = 2.5 }
 [variables."joint.tensile_strength"]
 distribution = "lognormal"
 mean = "0.004 MPa"
 cov = 0.3
 field = { course_correlation = 0.4 }
-
-[variables."wall.side.joint.cohesion"]
-distribution = "lognormal"
-mean = "0.004 MPa"
-cov = 0.3
-
-[variables."wall.thickness"]
-distribution = "uniform"
-lower = 0.1
-upper = 0.12
-
-[variables."corner.pressure"]
-distribution = "uniform"
-lower = 0.0
-upper = "20 kPa"
-
-[variables."mound.reach"]
-distribution = "uniform"
-lower = 1.5
-upper = 2.5
 """
 
 

@@ -76,9 +76,7 @@ def test_paths_to_different_surface_movements_agree_where_both_are_known(long_an
     assert short["crack_width_max"].values.max() > 1e-5
 
 
-def test_paths_of_versions_that_scaled_the_final_mound_are_not_read_in_between(
-    long_and_short: tuple[Path, Path],
-) -> None:
+def test_paths_of_versions_that_scaled_the_final_mound_are_not_read_in_between(long_and_short: tuple[Path, Path]):
     ds = open_study(long_and_short[0])
     fit_fragility(ds, bootstrap=0, categories=[1])
     del ds["surface_movement"].attrs["ground_states"]

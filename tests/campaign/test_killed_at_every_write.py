@@ -194,12 +194,8 @@ def test_a_stale_summary_is_not_used(done: Path, tmp_path: Path) -> None:
 
 
 SCENE = """
-[wall]
-length = 0.96
-height = 0.45
-[movement]
-central_deflection = "1 mm"
-increments = 2
+wall = { length = 0.96, height = 0.45 }
+movement = { central_deflection = "1 mm", increments = 2 }
 """
 COMMANDS = {
     "fragility": "fragility study.dp -o new/c.nc --csv new/c.csv --plot new/c.png --bootstrap 0 --goodness 0",
@@ -220,9 +216,7 @@ LONG = ("plot", "export")
 
 
 @pytest.mark.parametrize("command", [pytest.param(c, marks=pytest.mark.slow) if c in LONG else c for c in COMMANDS])
-def test_commands_write_files_atomically(
-    command: str, done: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_write_files_atomically(command: str, done: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     shutil.copytree(done, tmp_path / "study.dp")
     (tmp_path / "scene.toml").write_text(SCENE, encoding="utf-8")
     if "many.dp" in COMMANDS[command]:

@@ -125,15 +125,12 @@ def test_strength_and_energy_of_bricks_may_be_uncertain(tmp_path: Path) -> None:
 [scene.block]
 tensile_strength = "3 MPa"
 fracture_energy = 50.0
-
 [scene.solver]
 blocks = "elastic"
-
 [variables."block.tensile_strength"]
 distribution = "uniform"
 lower = "5 kPa"
 upper = "5 MPa"
-
 [variables."block.fracture_energy"]
 distribution = "uniform"
 lower = 20

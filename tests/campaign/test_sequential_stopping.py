@@ -77,7 +77,7 @@ def test_weights_are_kept_with_the_samples(tmp_path: Path) -> None:
 
 
 def test_a_study_of_the_users_own_samples(tmp_path: Path) -> None:
-    text = TINY.replace('[variables."joint.friction"]\ndistribution = "lognormal"\nmean = 0.75\ncov = 0.15\n', "")
+    text = TINY.replace('"joint.friction" = { distribution = "lognormal", mean = 0.75, cov = 0.15 }\n', "")
     start, end = text.index('[variables."movement'), text.index("[correlation]")
     text = (text[:start] + text[end:]).replace("seed = 7", 'seed = 7\nsampler = "table"\ntable = "samples.csv"')
     file, table = tmp_path / "house.toml", tmp_path / "samples.csv"

@@ -238,9 +238,7 @@ VALUES: dict[str, tuple[str, Callable[[np.ndarray], object]]] = {
 
 @pytest.mark.parametrize("digest", [True, False], ids=["", "older version"])
 @pytest.mark.parametrize("wrong", VALUES)
-def test_impossible_values_are_refused(
-    wrong: str, digest: bool, folder: StudyFolder, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_impossible_values_are_refused(wrong: str, digest: bool, folder: StudyFolder, monkeypatch: pytest.MonkeyPatch):
     file = part(folder)
     columns = read_part(file)
     name, spoil = VALUES[wrong]

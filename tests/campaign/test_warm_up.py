@@ -43,22 +43,12 @@ def test_solving_a_wall_compiles_nothing_more(data_folder: Path, name: str) -> N
 
 
 CRACKED_FOOTING_ON_A_MOUND = """
-[wall]
-length = 2.4
-height = 0.6
-[dpc]
-course = 2
-[footing]
-width = 0.2
-depth = 0.15
-[footing.concrete]
-[movement]
-kind = "doming"
-shape = "mound"
-[mound]
-surface_movement = 0.05
-[soil]
-shrinking_stiffness = 2e7
+wall = { length = 2.4, height = 0.6 }
+dpc = { course = 2 }
+footing = { width = 0.2, depth = 0.15, concrete = {} }
+movement = { kind = "doming", shape = "mound" }
+mound = { surface_movement = 0.05 }
+soil = { shrinking_stiffness = 2e7 }
 """
 
 

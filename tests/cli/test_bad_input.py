@@ -13,11 +13,8 @@ from tests.synthetic_studies import synthetic_study
 
 GOOD = """
 title = "wall"
-[wall]
-length = 1.44
-height = 0.6
-[dpc]
-course = 2
+wall = { length = 1.44, height = 0.6 }
+dpc = { course = 2 }
 [movement]
 central_deflection = 1e-3
 increments = 2
@@ -60,10 +57,8 @@ STUDY = """
 scene = "wall.toml"
 [study]
 samples = 2
-[variables."joint.friction"]
-distribution = "uniform"
-lower = 0.5
-upper = 0.8
+[variables]
+"joint.friction" = { distribution = "uniform", lower = 0.5, upper = 0.8 }
 """
 
 BAD_STUDIES = {

@@ -36,15 +36,8 @@ UNBALANCED, SNAP_BACK = "more than energy_tolerance", "(snap-back)"
 
 def test_every_number_of_a_caution() -> None:
     """Of a wall, and counted over those of a study; what is not beyond its limit is not said."""
-    wall = xr.Dataset(
-        attrs={
-            "energy_error_share": 0.03,
-            "energy_tolerance": 0.02,
-            "snap_through_share": 0.07,
-            "snap_through_tolerance": 0.05,
-            "snap_back_limited_joints": 9,
-        }
-    )
+    shares = {"energy_error_share": 0.03, "energy_tolerance": 0.02, "snap_through_share": 0.07}
+    wall = xr.Dataset(attrs=shares | {"snap_through_tolerance": 0.05, "snap_back_limited_joints": 9})
     energy, snap_through, bonds = wall_cautions(wall)
     assert energy.startswith("Energy that does not balance is 0.03 of the largest work done, more than energy_toleran")
     assert "energy_tolerance = 0.02: the steps" in energy

@@ -22,19 +22,10 @@ from tests.synthetic_studies import synthetic_study
 
 SMALL_SCENE = """
 title = "small wall"
-[wall]
-length = 1.44
-height = 0.6
-[dpc]
-course = 2
-[[opening]]
-x = 0.6
-y = 0.3
-width = 0.24
-height = 0.15
-[movement]
-central_deflection = "1 mm"
-increments = 3
+wall = { length = 1.44, height = 0.6 }
+dpc = { course = 2 }
+opening = [{ x = 0.6, y = 0.3, width = 0.24, height = 0.15 }]
+movement = { central_deflection = "1 mm", increments = 3 }
 """
 
 CONTRACT = """
@@ -171,18 +162,8 @@ def test_the_road_from_study_to_fragility(command: Run, small_study_file: Path, 
     assert (open_study(folder)["status"].values == 0).all()
     status = command("status", folder)
     assert "6 of 6 walls done, 0 failed, 0 remaining" in status.out
-    result = command(
-        "fragility",
-        folder,
-        "-o",
-        tmp_path / "c.nc",
-        "--plot",
-        tmp_path / "c.png",
-        "--csv",
-        tmp_path / "c.csv",
-        "--bootstrap",
-        20,
-    )
+    files = ("-o", tmp_path / "c.nc", "--plot", tmp_path / "c.png", "--csv", tmp_path / "c.csv")
+    result = command("fragility", folder, *files, "--bootstrap", 20)
     assert result.code == 0, result.err
     curves = read_dataset(tmp_path / "c.nc")
     assert curves["probability"].dims == ("category", "intensity")
@@ -237,7 +218,7 @@ def test_an_interrupted_study_keeps_what_was_done_and_goes_on(small_study_file: 
 @pytest.mark.thorough
 def test_failed_samples_end_with_code_3(command: Run, tmp_path: Path, small_study_file: Path) -> None:
     text = small_study_file.read_text().replace(
-        "[scene.loads]", '[scene.solver]\nmethod = "explicit"\ntolerance = 1e-9\nmaximum_cycles = 100\n\n[scene.loads]'
+        "[scene]", '[scene]\nsolver = { method = "explicit", tolerance = 1e-9, maximum_cycles = 100 }'
     )
     small_study_file.write_text(text)
     result = command("study", small_study_file, "-n", 2)
@@ -304,9 +285,7 @@ def test_judge_again_from_the_command_line(command: Run, tmp_path: Path) -> None
     assert (result.code, "Did you mean 'bre251'" in result.err) == (2, True)
 
 
-def test_folders_are_listed_and_those_in_use_are_kept(
-    command: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_folders_are_listed_and_those_in_use_are_kept(command: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "none"))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))

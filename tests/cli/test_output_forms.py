@@ -14,26 +14,15 @@ from tests.cli.conftest import Run
 from tests.cli.test_commands import SMALL_SCENE
 from tests.synthetic_studies import synthetic_study
 
-SMALL_STUDY = (
-    SMALL_SCENE.replace("[wall]", "[scene.wall]")
-    .replace("[dpc]", "[scene.dpc]")
-    .replace("[[opening]]", "[[scene.opening]]")
-    .replace("[movement]", "[scene.movement]")
-    .replace("title =", "scene.title =")
-    + """
+SMALL_STUDY = f"""
 [study]
 samples = 4
-[variables."joint.tensile_strength"]
-distribution = "lognormal"
-mean = "0.4 MPa"
-cov = 0.3
-field = {}
-[variables."dpc.friction"]
-distribution = "uniform"
-lower = 0.4
-upper = 0.8
+[scene]
+{SMALL_SCENE}
+[variables]
+"joint.tensile_strength" = {{ distribution = "lognormal", mean = "0.4 MPa", cov = 0.3, field = {{}} }}
+"dpc.friction" = {{ distribution = "uniform", lower = 0.4, upper = 0.8 }}
 """
-)
 
 
 def test_version(command: Run) -> None:

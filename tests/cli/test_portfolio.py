@@ -19,21 +19,14 @@ __all__ = ["command"]
 STUDY = """
 [study]
 samples = 4
-[scene.wall]
-length = 1.92
-height = 0.6
-[[scene.opening]]
-x = 0.72
-y = 0.15
-width = 0.48
-height = 0.3
+[scene]
+wall = { length = 1.92, height = 0.6 }
+opening = [{ x = 0.72, y = 0.15, width = 0.48, height = 0.3 }]
 [scene.movement]
 central_deflection = "4 mm"
 increments = 4
-[variables."joint.strength_factor"]
-distribution = "lognormal"
-mean = 1.0
-cov = 0.3
+[variables]
+"joint.strength_factor" = { distribution = "lognormal", mean = 1.0, cov = 0.3 }
 """
 
 HOUSES = "name;length (m);opening.1.width (mm);joint.cohesion (MPa);at\na b;1,92;480;0,05;\nc;2,4;;;2 mm\n"

@@ -18,12 +18,8 @@ from damagepred.inputs.data_files import data_file
 
 SCENE = """
 title = "TITLE"
-[wall]
-length = 0.72
-height = 0.3
-[movement]
-central_deflection = "0.2 mm"
-increments = 2
+wall = { length = 0.72, height = 0.3 }
+movement = { central_deflection = "0.2 mm", increments = 2 }
 """
 
 

@@ -126,9 +126,7 @@ def test_an_activity_is_named_once_however_often_it_is_interrupted(
     assert words == ["solving", "compiling the kernels, once per version: 2 of 3"]
 
 
-def test_a_long_compilation_is_counted_again(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_long_compilation_is_counted_again(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
     functions = [Function(False) for _ in range(3)]
     monkeypatch.setattr(terminal.FORM, "quiet", False)
     monkeypatch.setattr(terminal, "_is_compiling", lambda: True)

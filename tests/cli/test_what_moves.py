@@ -10,15 +10,8 @@ from tests.cli.conftest import Run
 
 SCENE = """
 title = "small"
-[wall]
-length = 2.0
-height = 0.6
-block_length = 0.5
-block_height = 0.2
-[movement]
-kind = "doming"
-central_deflection = "1 mm"
-increments = 1
+wall = { length = 2.0, height = 0.6, block_length = 0.5, block_height = 0.2 }
+movement = { kind = "doming", central_deflection = "1 mm", increments = 1 }
 """
 SAID = [
     "small: valid; wall 2 m long, 0.6 m high, openings: 0, no dpc",

@@ -7,19 +7,10 @@ from tests.cli.conftest import Run
 
 SCENE = """
 title = "soft foot"
-[wall]
-length = 0.96
-height = 0.3
-[dpc]
-course = 2
-[movement]
-central_deflection = "1 mm"
-increments = 2
-[solver]
-method = "explicit"
-below_dpc = "deformable"
-zone_size = 0.08
-tolerance = 1e-2
+wall = { length = 0.96, height = 0.3 }
+dpc = { course = 2 }
+movement = { central_deflection = "1 mm", increments = 2 }
+solver = { method = "explicit", below_dpc = "deformable", zone_size = 0.08, tolerance = 1e-2 }
 """
 
 WEAK = '[block]\ncohesion = "10 kPa"\nfriction = 0.3\ntensile_strength = "3.3 kPa"\n[loads]\nroof = 2000'

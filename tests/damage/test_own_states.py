@@ -22,27 +22,14 @@ STUDY = """
 samples = 6
 seed = 3
 stop_at_category = "none"
-[scene.wall]
-length = "1.92 m"
-height = "0.6 m"
-[[scene.opening]]
-kind = "window"
-x = "0.72 m"
-y = "0.15 m"
-width = "0.48 m"
-height = "0.3 m"
-[scene.joint]
-tensile_strength = "0.1 MPa"
-cohesion = "0.1 MPa"
-[scene.movement]
-central_deflection = "6 mm"
-increments = 6
-[scene.solver]
-blocks = "rigid"
-[variables."joint.tensile_strength"]
-distribution = "lognormal"
-mean = "0.1 MPa"
-cov = 0.5
+[scene]
+wall = { length = "1.92 m", height = "0.6 m" }
+opening = [{ kind = "window", x = "0.72 m", y = "0.15 m", width = "0.48 m", height = "0.3 m" }]
+joint = { tensile_strength = "0.1 MPa", cohesion = "0.1 MPa" }
+movement = { central_deflection = "6 mm", increments = 6 }
+solver = { blocks = "rigid" }
+[variables]
+"joint.tensile_strength" = { distribution = "lognormal", mean = "0.1 MPa", cov = 0.5 }
 """
 FUNCTION = """
 import numpy as np
@@ -229,14 +216,10 @@ def test_a_house_is_in_the_worst_state_of_its_walls() -> None:
     states = [{"name": "gut"}, {"name": "gerissen", "count": 1, "psi": 0.01}, {"name": "schlecht", "length": "6 m"}]
     ds = damagepred.solve(
         Scene.from_dict(
-            {
-                "wall": walls,
-                "joint": {"tensile_strength": 1e4, "cohesion": 1e4},
-                "footing": {"depth": 0.1, "width": 0.2, "elastic_modulus": 2e9},
-                "mound": {"shape": "tree", "point": [-0.2, 0], "reach": 1.6, "surface_movement": "60 mm"},
-                "movement": {"kind": "settle", "increments": 4},
-                "damage": {"state": states},
-            }
+            {"wall": walls, "joint": {"tensile_strength": 1e4, "cohesion": 1e4}}
+            | {"footing": {"depth": 0.1, "width": 0.2, "elastic_modulus": 2e9}}
+            | {"mound": {"shape": "tree", "point": [-0.2, 0], "reach": 1.6, "surface_movement": "60 mm"}}
+            | {"movement": {"kind": "settle", "increments": 4}, "damage": {"state": states}}
         )
     )
     cracked = ds["wall_crack_count"].values >= 1

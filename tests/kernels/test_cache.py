@@ -19,9 +19,7 @@ def doubled(x):
     return 2 * x
 
 
-def test_two_that_compile_at_once_for_different_arguments_keep_apart(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_two_that_compile_at_once_for_different_arguments_keep_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     caches = [ProcessCache(tmp_path), ProcessCache(tmp_path)]  # neither has the files of the other
     for cache, argument in zip(caches, (1, 1.0)):
         monkeypatch.setattr(jit, "CACHE_FOLDER", cache.folder)
@@ -49,9 +47,7 @@ def test_a_process_adds_kernels_to_those_of_others(tmp_path: Path, monkeypatch: 
     assert sum(later.stats.cache_hits.values()) == 2
 
 
-def test_phases_and_kernels_are_kept_in_the_folder_of_the_process(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_phases_and_kernels_are_kept_in_the_folder_of_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(jit, "CACHE_FOLDER", tmp_path)
     assert jit.Phase(doubled, types.int64(types.int64)).__wrapper_address__()
     assert len(list(tmp_path.rglob("*.nbc"))) == 1
@@ -108,9 +104,7 @@ def test_the_temporary_folder_has_one_for_each_user(places: tuple[Path, Path]) -
 
 @posix
 @pytest.mark.parametrize("level", ["damagepred-4242", "damagepred-4242/kernels-1"])
-def test_what_another_user_made_is_not_read(
-    level: str, places: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_another_user_made_is_not_read(level: str, places: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch):
     (places[1] / level).mkdir(mode=0o700, parents=True)
     monkeypatch.setattr(os, "getuid", lambda: 4242)  # who runs this test is the other user
     assert cache_folder("kernels-1") is None

@@ -69,6 +69,13 @@ def forces_by_contacts(model, history, displacement, progress):
     return force.ravel()
 
 
+def motion_of(size, **own):
+    """Motion of degrees of freedom that are at rest and free but for what is given."""
+    free = {"prescribed": np.empty(0, dtype=np.int64), "prescribed_displacement": np.empty(0), "start": np.empty(0)}
+    rest = {name: np.zeros(size) for name in explicit.Motion._fields if name not in free}
+    return explicit.Motion(**rest | free | own)
+
+
 @pytest.mark.quick_cases
 @pytest.mark.parametrize("contacts", [2, 3, 4])
 @pytest.mark.parametrize("name", JOINTS)
@@ -90,18 +97,9 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
         load, live = rng.normal(size=(2, size))
         start = 1e-4 * rng.normal(size=len(model.supports.prescribed))
         displacement[model.supports.prescribed] = start + progress * model.supports.prescribed_displacement
-        motion = explicit.Motion(
-            load=load,
-            live_load=live,
-            inverse_mass=np.zeros(size),
-            drift=np.zeros(size),
-            velocity=np.zeros(size),
-            displacement=displacement.copy(),
-            force=np.zeros(size),
-            prescribed=model.supports.prescribed,
-            prescribed_displacement=model.supports.prescribed_displacement,
-            start=start,
-        )
+        held = {"prescribed": model.supports.prescribed, "start": start}
+        held["prescribed_displacement"] = model.supports.prescribed_displacement
+        motion = motion_of(size, load=load, live_load=live, displacement=displacement.copy(), **held)
         run_cycles(joints, special, softening, None, None, None, motion, 0.8, 0.25, progress, 0.0, 1)
         expected = 0.25 * load + progress * live + forces_by_contacts(model, history, displacement, progress)
         assert np.abs(motion.force - expected).max() <= 1e-12 * np.abs(expected).max()
@@ -134,20 +132,9 @@ def test_local_damping_opposes_the_velocity_beyond_the_drift_and_turns_with_it()
     """A velocity that turns within the step meets (1 + α) times the force before, and (1 - α) times it after."""
     force = np.array([1.0, 1.0, 1.0, -2.0, 3.0, 1.0])
     relative = np.array([1.0, -1.0, 0.0, 1.0, 0.0, 1.0])
-    nothing, empty = np.zeros(6), np.empty(0)
     drift = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 5.0])
-    motion = explicit.Motion(
-        load=nothing,
-        live_load=nothing,
-        inverse_mass=np.array([1.0, 1.0, 1.0, 0.5, 0.0, 1.0]),
-        drift=drift,
-        velocity=relative + drift,
-        displacement=np.zeros(6),
-        force=force,
-        prescribed=np.empty(0, dtype=np.int64),
-        prescribed_displacement=empty,
-        start=empty,
-    )
+    inverse_mass = np.array([1.0, 1.0, 1.0, 0.5, 0.0, 1.0])
+    motion = motion_of(6, inverse_mass=inverse_mass, drift=drift, velocity=relative + drift, force=force)
     move(motion, 0.8, 0, force.size)
     np.testing.assert_allclose(motion.velocity, [1.2, 0.8 / 9, 0.2, -0.8 / 9, 0.0, 6.2], rtol=1e-14)
     np.testing.assert_array_equal(motion.displacement, motion.velocity)

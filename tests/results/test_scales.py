@@ -10,13 +10,8 @@ from damagepred.errors import InputError
 from tests.results.test_rejudge import study
 
 SCENE = """
-[wall]
-length = 6.0
-height = 2.4
-[movement]
-kind = "doming"
-shape = "parabola"
-central_deflection = 0.02
+wall = { length = 6.0, height = 2.4 }
+movement = { kind = "doming", shape = "parabola", central_deflection = 0.02 }
 """
 PSI, TABLE = "Psi, Korswagen 2024", "AS 2870-2011 Table C1"
 SKEMPTON = "angular distortion, Skempton and MacDonald 1956"

@@ -25,6 +25,22 @@ def on_dpc(**keys: float) -> dict[str, Any]:
     return {"dpc": {}, "opening": [DOOR, WINDOW | keys]}
 
 
+def courses(height: float, *course: int) -> dict[str, Any]:
+    return {"wall": {"height": height}, "dpc": {"course": course[0]} if course else {}}
+
+
+def side_by_side(gap: float) -> dict[str, Any]:
+    return {"opening": [WINDOW, WINDOW | {"x": 3 + gap}]}
+
+
+def rig(supports: list[float], *jacks: float) -> dict[str, Any]:
+    return {"movement": JACKS, "rig": {"supports": supports} | ({"jacks": list(jacks)} if jacks else {})}
+
+
+def mound(kind: str, size: float) -> dict[str, Any]:
+    return {"movement": MOUND | {"kind": kind}, "mound": {"surface_movement": size}}
+
+
 MOUND, JACKS = {"shape": "mound"}, {"shape": "jacks"}
 # what just fits, what just does not, what is said of it; lengths of 6 m are compared to 6e-9 m
 EDGES = {
@@ -59,32 +75,16 @@ EDGES = {
     ),
     "at the left": (window(x=5e-9), window(x=7e-9), "left is 7e-09 m and would vanish as bricks are laid; take more t"),
     "at the bottom": (window(y=5e-9), window(y=7e-9), "the strip of wall below it is 7e-09 m and would vanish"),
-    "beside each other": (
-        {"opening": [WINDOW, WINDOW | {"x": 3 + 2e-9}]},
-        {"opening": [WINDOW, WINDOW | {"x": 3 + 5e-10}]},
-        "overlap or touch: x 2-3 m and 3-4 m",
-    ),
+    "beside each other": (side_by_side(2e-9), side_by_side(5e-10), "overlap or touch: x 2-3 m and 3-4 m"),
     "window on the dpc": (
         on_dpc(y=0.113),
         on_dpc(y=0.112),
         "dpc.course = 2: the dpc would lie 0.15 m up, in opening 2 (window), which reaches from 0.112 to 1.112 m",
     ),
     "window below the dpc": (on_dpc(y=0.075, height=0.0749), on_dpc(y=0.075, height=0.076), "in opening 2 (window), "),
-    "dpc of three courses": (
-        {"wall": {"height": 0.26}, "dpc": {}},
-        {"wall": {"height": 0.26}, "dpc": {"course": 3}},
-        "the wall has 3 courses, so the dpc can lie on top of 1 to 2 of them",
-    ),
-    "dpc of half a course": (
-        {"wall": {"height": 0.2625}, "dpc": {"course": 3}},
-        {"wall": {"height": 0.2624}, "dpc": {"course": 3}},
-        "the wall has 3 courses",
-    ),
-    "dpc of one course": (
-        {"wall": {"height": 0.113}, "dpc": {"course": 1}},
-        {"wall": {"height": 0.08}, "dpc": {"course": 1}},
-        "the wall has 1 courses",
-    ),
+    "three": (courses(0.26), courses(0.26, 3), "the wall has 3 courses, so the dpc can lie on top of 1 to 2 of them"),
+    "dpc of half a course": (courses(0.2625, 3), courses(0.2624, 3), "the wall has 3 courses"),
+    "dpc of one course": (courses(0.113, 1), courses(0.08, 1), "the wall has 1 courses"),
     "first control joint": (
         joints(3.0, 0.12),
         joints(3.0, 0.1199),
@@ -101,29 +101,17 @@ EDGES = {
         {"movement": {"central_deflection": 0.6001}},
         "movement.central_deflection = 0.6001 m: more than a tenth of the wall's length (6 m)",
     ),
-    "doming mound": (
-        {"movement": MOUND | {"kind": "doming"}, "mound": {"surface_movement": 0.857}},
-        {"movement": MOUND | {"kind": "doming"}, "mound": {"surface_movement": 0.858}},
-        "= 0.858 m: it",
-    ),
+    "doming mound": (mound("doming", 0.857), mound("doming", 0.858), "= 0.858 m: it"),
     "dishing mound": (
-        {"movement": MOUND, "mound": {"surface_movement": 1.199}},
-        {"movement": MOUND, "mound": {"surface_movement": 1.201}},
+        mound("dishing", 1.199),
+        mound("dishing", 1.201),
         "= 1.201 m: it moves the ground by more than a tenth of the wall's length (6 m), outside the small rotations",
     ),
-    "right support": (
-        {"movement": JACKS, "rig": {"supports": [0.0, 6 + 5e-9]}},
-        {"movement": JACKS, "rig": {"supports": [0.0, 6 + 7e-9]}},
-        "rig.supports: 6 m is outside the wall",
-    ),
-    "left jack": (
-        {"movement": JACKS, "rig": {"supports": [1.0, 5.0], "jacks": [-5e-9]}},
-        {"movement": JACKS, "rig": {"supports": [1.0, 5.0], "jacks": [-7e-9]}},
-        "rig.jacks: -7e-09 m is outside the wall",
-    ),
+    "right support": (rig([0.0, 6 + 5e-9]), rig([0.0, 6 + 7e-9]), "rig.supports: 6 m is outside the wall"),
+    "left jack": (rig([1.0, 5.0], -5e-9), rig([1.0, 5.0], -7e-9), "rig.jacks: -7e-09 m is outside the wall"),
     "jack beside a support": (
-        {"movement": JACKS, "rig": {"supports": [0.0, 3 - 7e-9]}},
-        {"movement": JACKS, "rig": {"supports": [0.0, 3 - 5e-9]}},
+        rig([0.0, 3 - 7e-9]),
+        rig([0.0, 3 - 5e-9]),
         "rig.jacks: 3 m is the position of a support, which would take the whole load; move the jack or the support",
     ),
     "bottom wires": (

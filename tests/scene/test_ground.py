@@ -24,6 +24,7 @@ from damagepred.scene import (
 )
 from damagepred.scene.reading import build
 
+RIG = {"supports": [0.5, "5.5 m"], "jacks": [2.0, 4.0], "support": "lift_off", "control": "load", "jack_load": "8 kN"}
 EVERYTHING = {
     "movement": {"shape": "jacks", "kind": "doming"},
     "footing": {
@@ -32,13 +33,7 @@ EVERYTHING = {
         "joint": {"tensile_strength": "0.2 MPa", "fracture_energy": "10 N/m"},
         "concrete": {"bottom": "4-L12TM", "top": "none", "cover": "40 mm", "grade": "N20"},
     },
-    "rig": {
-        "supports": [0.5, "5.5 m"],
-        "jacks": [2.0, 4.0],
-        "support": "lift_off",
-        "control": "load",
-        "jack_load": "8 kN",
-    },
+    "rig": RIG,
     "soil": {"swelling_stiffness": "1000 kPa/m", "shear_stiffness": "2 MPa/m", "friction": 0.4},
     "mound": {"shape": "table", "table": [[0, 1], [0.4, 0.2], [1, 0]], "surface_movement": "40 mm"},
 }

@@ -122,12 +122,8 @@ def test_the_movement_of_a_mound_has_sign_and_size(tmp_path: Path) -> None:
             scene(tmp_path, wrong, keys, table="mound")
 
 
-RUN = """[wall]
-length = 0.48
-height = 0.15
-[movement]
-central_deflection = 0
-increments = 1
+RUN = """wall = { length = 0.48, height = 0.15 }
+movement = { central_deflection = 0, increments = 1 }
 [dynamics]
 outputs = 4
 """

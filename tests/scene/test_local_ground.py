@@ -86,23 +86,12 @@ def test_a_log_gives_a_tree_no_class_and_a_tunnel_nothing() -> None:
 STUDY = """
 [study]
 samples = 3
-[scene.wall]
-length = 2.4
-height = 0.6
-block_length = 0.4
-block_height = 0.15
-[scene.movement]
-shape = "mound"
-kind = "settle"
-increments = 2
-[scene.mound]
-shape = "tree"
-surface_movement = "25 mm"
-reach = 3
-[variables."joint.friction"]
-distribution = "normal"
-mean = 0.75
-cov = 0.1
+[scene]
+wall = { length = 2.4, height = 0.6, block_length = 0.4, block_height = 0.15 }
+movement = { shape = "mound", kind = "settle", increments = 2 }
+mound = { shape = "tree", surface_movement = "25 mm", reach = 3 }
+[variables]
+"joint.friction" = { distribution = "normal", mean = 0.75, cov = 0.1 }
 """
 
 

@@ -79,10 +79,6 @@ BAD = {
         {"footing": {"concrete": {"grad": "N25"}}},
         ["[footing.concrete] grad", "Did you mean 'grade'?"],
     ),
-    "jack on a support at the end": (
-        {"movement": {"shape": "jacks"}, "rig": {"jacks": ["6 m"]}},
-        ["rig.jacks: 6 m", "position of a support"],
-    ),
     "text for a jack": ({"rig": {"jacks": [2.0, "left"]}}, ["[rig] jacks, item 2 = 'left'", "'8 mm'"]),
     "number for jacks": ({"rig": {"jacks": 2.0}}, ["[rig] jacks = 2.0", "must be a list"]),
     "deflection for jack load": (

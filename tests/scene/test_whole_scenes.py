@@ -24,6 +24,7 @@ FOOTING = {"width": 0.3, "depth": 0.3}
 LAYER = {"thickness": 1.5, "shrink_swell_index": 0.05}
 SETTLES = {"kind": "settle", "settlement": 0.02}
 SEASONS = {"years": 3, "swing": 0.012, "trend": 0.004, "shift": 0.002, "increments": 2}
+STAGES = [("dishing", 6e-3, 2, 0.5), ("doming", 4e-3, 3, 1.5), ("dishing", 0.0, 1, 3.0)]
 DRIED = {"year": 1.0, "movement": 0.01, "rise": 0.5}
 
 
@@ -56,16 +57,7 @@ SCENES: dict[str, dict[str, Any]] = {
         )
     },
     "stages": {
-        "movement": {
-            "stage": [
-                {"kind": kind, "central_deflection": size, "increments": n, "time": time}
-                for kind, size, n, time in (
-                    ("dishing", 6e-3, 2, 0.5),
-                    ("doming", 4e-3, 3, 1.5),
-                    ("dishing", 0.0, 1, 3.0),
-                )
-            ]
-        },
+        "movement": {"stage": [dict(zip(("kind", "central_deflection", "increments", "time"), row)) for row in STAGES]},
         "strain": {"growth": 4e-4, "temperature_swing": 20.0, "temperature_change": -5.0},
         "creep": {"coefficient": 0.8, "relaxation_time": 2.0},
     },

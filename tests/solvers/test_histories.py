@@ -41,15 +41,8 @@ def one_run(tables: dict[str, object], increments: int) -> dict[str, object]:
     return {**tables, "movement": {**movement, "increments": increments}}
 
 
-GROUNDS = [
-    {"shape": "three_loads"},
-    {"shape": "parabola"},
-    {"shape": "arc"},
-    {"shape": "table"},
-    {"shape": "jacks"},
-    {"shape": "mound", "mound": "mitchell"},
-    {"shape": "mound", "mound": "walsh"},
-]
+GROUNDS = [{"shape": shape} for shape in ("three_loads", "parabola", "arc", "table", "jacks")]
+GROUNDS += [{"shape": "mound", "mound": form} for form in ("mitchell", "walsh")]
 
 
 @pytest.mark.quick_cases

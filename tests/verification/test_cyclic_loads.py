@@ -66,9 +66,7 @@ def test_a_load_that_turns_round_ends_at_the_limit_of_the_other_side(method: str
 def test_a_growing_load_cut_into_stages_is_the_one_run() -> None:
     loading = {"control": "displacement", "displacement": TARGET}
     one = solve(brick(Movement(shape="loads", increments=8), **loading))
-    cut = solve(
-        brick(Movement(shape="loads", stage=[Stage(load_factor=f, increments=4) for f in (0.5, 1.0)]), **loading)
-    )
+    cut = solve(brick(stages(0.5, 1.0, increments=4), **loading))
     for name in ("load_force", "load_displacement", "contact_slip"):
         np.testing.assert_allclose(cut[name], one[name], rtol=1e-6, atol=1e-9)
 

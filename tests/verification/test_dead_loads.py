@@ -28,22 +28,26 @@ WALL = Scene(
 )
 
 
-def bed_forces(model: assembly.Model, step: object, on: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pressing force (N) and place (m) of each contact of the chosen interfaces."""
-    faces = model.interfaces
+def bed_forces(
+    model: assembly.Model, step: object, block: int | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pressing force (N), place (m) and area of each contact of a block, of the ground by default."""
+    faces, block = model.interfaces, model.n_blocks if block is None else block
+    on = (faces.block_a == block) | (faces.block_b == block)
     force = -(step.normal_stress * faces.contact_area)[on]  # type: ignore[attr-defined]
-    return force, faces.x[on, None] + faces.normal_y[on, None] * faces.contact_offset[on]
+    return force, faces.x[on, None] + faces.normal_y[on, None] * faces.contact_offset[on], faces.contact_area[on]
+
+
+def loaded(scene: Scene) -> tuple[assembly.Model, object]:
+    model = assembly.wall_model(scene)
+    return model, list(solve_path(model, scene.solver, 1))[-1]
 
 
 @pytest.mark.parametrize("blocks", ["rigid", "elastic", "deformable"])
 def test_the_ground_carries_weight_and_loads(blocks: str) -> None:
     """Reactions are the weight and the loads, and have their moment about the left end."""
-    scene = Scene.from_dict({**WALL.to_dict(), "solver": {"blocks": blocks}})
-    model = assembly.wall_model(scene)
-    step = list(solve_path(model, scene.solver, 1))[-1]
-    force, x = bed_forces(model, step, model.interfaces.block_b == model.n_blocks)
-    if not force.size:
-        force, x = bed_forces(model, step, model.interfaces.block_a == model.n_blocks)
+    model, step = loaded(Scene.from_dict({**WALL.to_dict(), "solver": {"blocks": blocks}}))
+    force, x, _ = bed_forces(model, step)
     bricks = 9.81 * 2000.0 * 0.11
     pressures = 2.4 * (8000.0 + 0.4 * 2000.0 * 1.8)
     total = bricks * (2.4 * 1.2 - 0.48 * 0.6) + pressures + 5000.0 + 1000.0
@@ -80,11 +84,8 @@ def test_a_point_load_on_a_pier_presses_its_base_linearly(at: float) -> None:
     joint = replace(DRY, normal_stiffness=1e12, shear_stiffness=1e12)
     solver = Solver(blocks="rigid")
     pier = Scene(wall=wall, joint=joint, movement=STILL, load=(Load(force=force, at=at),), solver=solver)
-    model = assembly.wall_model(pier)
-    step = list(solve_path(model, pier.solver, 1))[-1]
-    on = np.any(np.column_stack((model.interfaces.block_a, model.interfaces.block_b)) == model.n_blocks, axis=1)
-    pressed, x = bed_forces(model, step, on)
-    pressure = pressed / model.interfaces.contact_area[on]
+    pressed, x, area = bed_forces(*loaded(pier))
+    pressure = pressed / area
     weight = 9.81 * 2000.0 * wide * 0.75 * 0.11
     expected = ((force + weight) + force * (at - wide / 2) * 12 / wide**2 * (x - wide / 2)) / (wide * 0.11)
     np.testing.assert_allclose(pressure, expected, rtol=1e-6)
@@ -100,12 +101,10 @@ def test_a_load_on_a_lintel_goes_to_its_bearings_by_statics() -> None:
         solver=Solver(blocks="rigid", lump_block_elasticity=False),
         load=(Load(force="6 kN", at=0.3, y=0.675),),
     )
-    model = assembly.wall_model(portal)
-    step = list(solve_path(model, portal.solver, 1))[-1]
-    blocks, faces = model.blocks, model.interfaces
-    beam = int(np.argmax(blocks.y))
-    assert blocks.area[beam] == pytest.approx(0.96 * 0.075)
-    force, x = bed_forces(model, step, (faces.block_a == beam) | (faces.block_b == beam))
+    model, step = loaded(portal)
+    beam = int(np.argmax(model.blocks.y))
+    assert model.blocks.area[beam] == pytest.approx(0.96 * 0.075)
+    force, x, _ = bed_forces(model, step, beam)
     weight = 9.81 * 2000.0 * 0.11 * 0.96 * 0.075
     assert force.sum() == pytest.approx(6000.0 + weight, rel=1e-7)
     assert (force * x).sum() == pytest.approx(6000.0 * 0.3 + weight * 0.48, rel=1e-7)
@@ -116,11 +115,7 @@ def test_a_load_on_a_lintel_goes_to_its_bearings_by_statics() -> None:
 def test_loads_on_the_middle_of_a_door_go_to_both_piers_alike() -> None:
     found = {}
     for name, load in {"point": Load(force="6 kN", at=1.2), "mirrored": Load(force="6 kN", at=0.5)}.items():
-        scene = replace(WALL, load=(load,))
-        model = assembly.wall_model(scene)
-        step = list(solve_path(model, scene.solver, 1))[-1]
-        on = np.any(np.column_stack((model.interfaces.block_a, model.interfaces.block_b)) == model.n_blocks, axis=1)
-        force, x = bed_forces(model, step, on)
+        force, x, _ = bed_forces(*loaded(replace(WALL, load=(load,))))
         found[name] = force[x < 1.2].sum() / force.sum()
     assert found["point"] == pytest.approx(0.5, abs=1e-9)
     assert found["mirrored"] > 0.6
@@ -132,27 +127,13 @@ def test_a_study_varies_a_load_by_its_name(tmp_path: Path) -> None:
     [study]
     samples = 4
     sampler = "lhs"
-    [scene.wall]
-    length = 1.2
-    height = 0.6
-    [[scene.load]]
-    name = "floor"
-    line_load = "4 kN/m"
-    y = 0.3
-    [[scene.load]]
-    force = "1 kN"
-    at = 0.3
-    [scene.movement]
-    central_deflection = 1e-3
-    increments = 2
-    [variables."load.floor.line_load"]
-    distribution = "uniform"
-    lower = "2 kN/m"
-    upper = "6 kN/m"
-    [variables."load.2.at"]
-    distribution = "uniform"
-    lower = "0.2 m"
-    upper = "0.4 m"
+    [scene]
+    wall = { length = 1.2, height = 0.6 }
+    load = [{ name = "floor", line_load = "4 kN/m", y = 0.3 }, { force = "1 kN", at = 0.3 }]
+    movement = { central_deflection = 1e-3, increments = 2 }
+    [variables]
+    "load.floor.line_load" = { distribution = "uniform", lower = "2 kN/m", upper = "6 kN/m" }
+    "load.2.at" = { distribution = "uniform", lower = "0.2 m", upper = "0.4 m" }
     """
     file = tmp_path / "study.toml"
     file.write_text(text, encoding="utf-8")

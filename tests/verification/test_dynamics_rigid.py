@@ -234,9 +234,7 @@ def half_sine_slip(peak: float, length: float, mu: float) -> float:
         ("half_sine", -6.0, 0.5, 1e10),
     ],
 )
-def test_a_pulse_moves_a_block_by_newmarks_slip(
-    verify: Verify, kind: str, peak: float, mu: float, stiffness: float
-) -> None:
+def test_a_pulse_moves_a_block_by_newmarks_slip(verify: Verify, kind: str, peak: float, mu: float, stiffness: float):
     block = on_plate(joint=dry(stiffness, mu))
     block.support(1, x=False, y=False)
     pulse = BaseMotion(kind=kind, acceleration=peak, duration=0.1)  # type: ignore[arg-type]

@@ -127,9 +127,7 @@ def settled_by(strip: Strip, solver: Solver, stiffness: float, at: float, force:
 
 
 @pytest.mark.parametrize(("stiffness", "pieces"), [(5e5, 121), (5e6, 121), (2e7, 181)])
-def test_a_slender_footing_on_an_elastic_foundation(
-    verify: Verify, solver: Solver, stiffness: float, pieces: int
-) -> None:
+def test_a_slender_footing_on_an_elastic_foundation(verify: Verify, solver: Solver, stiffness: float, pieces: int):
     strip, force = SLENDER, 5e3
     length, k = strip.length, stiffness * strip.width
     rate = (k / (4 * strip.bending)) ** 0.25

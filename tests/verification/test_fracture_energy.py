@@ -217,9 +217,7 @@ def test_slip_breaks_what_opening_has_left(verify: Verify, solver: Solver, law: 
 
 @pytest.mark.parametrize("softens", [False, True])
 @pytest.mark.parametrize("pressure", [0.0, 0.2e6])
-def test_the_first_slip_leaves_the_residual_strength(
-    verify: Verify, solver: Solver, pressure: float, softens: bool
-) -> None:
+def test_the_first_slip_leaves_the_residual_strength(verify: Verify, solver: Solver, pressure: float, softens: bool):
     """Brittle shear with a residual friction and cohesion below the intact ones."""
     joint = Joint(
         brittle_shear=True, residual_friction=0.3, residual_cohesion=0.05e6, fracture_energy=20.0 if softens else None

@@ -92,9 +92,7 @@ def test_a_block_is_pulled_off(verify: Verify, solver: Solver, support: str, inc
 
 
 @pytest.mark.parametrize("weak", [0, 1])
-def test_of_two_joints_in_a_row_the_weaker_softens_while_the_other_lets_go(
-    verify: Verify, solver: Solver, weak: int
-) -> None:
+def test_of_two_joints_in_a_row_the_weaker_softens_while_the_other_lets_go(verify: Verify, solver: Solver, weak: int):
     """u_1 + u_2 is given and both carry the same: f_t (w_c - u_1) / (w_c - u_0) = k_n u_2."""
     strong = replace(JOINT, tensile_strength=2 * STRENGTH, cohesion=1e6)
     assembly = Assembly(thickness=T, gravity=(0.0, 0.0), joint=strong)

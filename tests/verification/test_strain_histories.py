@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from damagepred import Footing, InputError, Joint, Movement, Scene, Solver, Wall, solve
-from damagepred.scene import BlockMaterial, Creep, Dpc, Seasons, Stage, Strain
+from damagepred.scene import BlockMaterial, Creep, Dpc, Loads, Seasons, Stage, Strain
 from tests.solvers.test_histories import energy_balance
 
 LOOSE = Joint(shear_stiffness=1e6, tensile_strength=0.0, cohesion=0.0, friction=0.75)
@@ -15,6 +15,7 @@ STRONG = Joint(tensile_strength=1e10, cohesion=1e10)
 HELD = replace(STRONG, shear_stiffness=1e15)
 SOLVERS = ("quasi_static", "explicit")
 PHI, TAU = 1.5, 2.0
+GROWTH = 0.5e-3
 
 
 def stage(
@@ -255,6 +256,46 @@ def test_creep_of_nothing_leaves_a_history_as_it_is() -> None:
     np.testing.assert_allclose(other["block_displacement_y"], one["block_displacement_y"], rtol=0, atol=1e-9)
 
 
+def test_a_column_rises_and_stays_free_of_stress() -> None:
+    """A stack on level ground rises; the weight alone presses on its beds."""
+    stands = column(None, Movement(central_deflection=0.0, increments=1))
+    slippery = Footing(joint=replace(LOOSE, friction=0.0))
+    found = solve(replace(stands, footing=slippery, strain=Strain(growth=GROWTH), solver=Solver()))
+    rise = found["block_displacement_y"].values[-1] - found["block_displacement_y"].values[0]
+    assert rise == pytest.approx(GROWTH * found["block_y"].values, rel=1e-6)
+    stress = found["contact_normal_stress"].values
+    assert stress[-1] == pytest.approx(stress[0], abs=1.0)
+
+
+def test_shrinkage_cracks_a_wall_that_is_held() -> None:
+    """Bricks that shrink between stiff ground and bond crack the wall; growth of the same size presses it."""
+    wall = Wall(length=6.0, height=1.2)
+    movement = Movement(central_deflection=0.0, increments=6)
+    joint = Joint(fracture_energy=10.0)
+    loads = Loads(roof="10 kN")
+    held = Scene(wall=wall, joint=joint, movement=movement, loads=loads)
+    widths = {}
+    for growth in (-0.6e-3, 0.6e-3):
+        found = solve(replace(held, strain=Strain(growth=growth)))
+        widths[growth] = found["crack_width_max"].values[-1]
+        error = np.abs(found["energy_error"].values[-1])
+        assert error < 0.02 * max(found["external_work"].values[-1], 1.0)
+    assert widths[-0.6e-3] > 3.0 * max(widths[0.6e-3], 1e-5)
+
+
+def test_temperature_adds_to_growth() -> None:
+    """Warmth is a strain, too; a strain of nothing changes nothing."""
+    plain = replace(bar(LOOSE, Movement(central_deflection=0.0, increments=2)), strain=Strain(growth=GROWTH))
+    warm = solve(replace(plain, strain=Strain(temperature_change=50.0, growth=0.1e-3)))
+    grown = solve(plain)
+    np.testing.assert_allclose(warm["block_displacement_x"].values, grown["block_displacement_x"].values, atol=1e-12)
+    without, nothing = (
+        solve(replace(plain, strain=strain, movement=Movement(central_deflection="2 mm", increments=2)))
+        for strain in (None, Strain())
+    )
+    np.testing.assert_allclose(nothing["contact_opening"].values, without["contact_opening"].values, atol=1e-9)
+
+
 TIMED = {"seasons": {"years": 1, "swing": 0.002}}
 
 
@@ -266,6 +307,7 @@ TIMED = {"seasons": {"years": 1, "swing": 0.002}}
             "each stage needs a time",
         ),
         ({"strain": {"temperature_swing": 20}}, "temperature_swing: needs a history"),
+        ({"strain": {"growth": 1e-4}, "dynamics": {}}, "a run in time has none"),
         ({"creep": {"relaxation_time": 1}}, "creep.relaxation_time: needs a history"),
         ({"creep": {"coefficient": -1}}, r"\[creep\] coefficient = -1.0: must be at least 0"),
         ({"movement": {"central_deflection": 0, "stage": [{"central_deflection": 0}]}}, "nothing moves"),

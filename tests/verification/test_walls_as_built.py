@@ -26,6 +26,12 @@ def bricks_of(wall: dict[str, Any], **tables: Any) -> np.ndarray:
     return np.array(lay_bricks(scene(wall, **tables)))
 
 
+def cells_of(bond: str, b: float, h: float, k_n: float, k_s: float, t: float) -> Scene:
+    wall = {"length": 9 * b, "height": 6 * h, "thickness": t, "block_length": b, "block_height": h, "bond": bond}
+    solver = {"blocks": "rigid", "lump_block_elasticity": False}
+    return scene(wall, joint={"normal_stiffness": k_n, "shear_stiffness": k_s}, solver=solver)
+
+
 @numba.njit
 def relative_displacement(records: InterfaceRecords, motion: np.ndarray, i: int) -> tuple[float, float, float]:
     """Opening and shear in the middle of an interface, and its relative rotation."""
@@ -51,13 +57,7 @@ def test_stiffness_of_each_bond_is_that_of_its_periodic_cell(bond: str, b: float
     as far apart. In Flemish bond all middles are 3/4 of a brick apart, in English bond those of headers half.
     """
     (k_n, k_s), t = (82e9, 36e9), 0.23
-    model = assembly.wall_model(
-        scene(
-            {"length": 9 * b, "height": 6 * h, "thickness": t, "block_length": b, "block_height": h, "bond": bond},
-            joint={"normal_stiffness": k_n, "shear_stiffness": k_s},
-            solver={"blocks": "rigid", "lump_block_elasticity": False},
-        )
-    )
+    model = assembly.wall_model(cells_of(bond, b, h, k_n, k_s, t))
     blocks, faces, (head, bed, period) = model.blocks, model.interfaces, ALONG[bond]
     found = []
     for direction in (0, 1):
@@ -125,11 +125,7 @@ def least(energy: np.ndarray) -> float:
 def test_shear_stiffness_of_each_bond_is_that_of_its_periodic_cell(bond: str, b: float, h: float) -> None:
     """Each brick is a centre of symmetry, so that its middle moves with the strain; stretchers and headers rotate."""
     (k_n, k_s), t, period = (82e9, 36e9), 0.23, ROTATING[bond][0]
-    built = scene(
-        {"length": 9 * b, "height": 6 * h, "thickness": t, "block_length": b, "block_height": h, "bond": bond},
-        joint={"normal_stiffness": k_n, "shear_stiffness": k_s},
-        solver={"blocks": "rigid", "lump_block_elasticity": False},
-    )
+    built = cells_of(bond, b, h, k_n, k_s, t)
     model = assembly.wall_model(built)
     bricks = np.array(lay_bricks(built))
     header = bricks[:, 2] - bricks[:, 0] < 0.75 * b
@@ -284,10 +280,6 @@ def test_a_basement_window_lies_below_the_dpc() -> None:
             r"pier to its left is 0\.05 m, thinner than half a brick \(0\.12 m\); the nearest x that works is 0\.12 m",
         ),
         ({"x": 3.04}, r"pier to its right is 0\.08 m, .* the nearest x that works is 3 m"),
-        (
-            {"y": 0.03},
-            r"strip below it is 0\.03 m, thinner than a course \(0\.075 m\); the nearest y that works is 0\.075 m",
-        ),
         ({"height": 1.47}, r"strip above it is 0\.03 m, .* the nearest height that works is 1\.425 m"),
     ],
 )
