@@ -14,14 +14,13 @@ import damagepred
 from damagepred import Assembly, BlockMaterial, Dynamics, Solver
 from damagepred.one_wall.judged_path import dynamic_run
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, stack
-from tests.verification.manual import ClosedForm, Verify
-from tests.verification.test_vibration import CHAPTER, DROP, chain
+from tests.verification.manual import Verify
+from tests.verification.test_vibration import DROP, chain, closed_form
 
 pytestmark = pytest.mark.quick_cases
 
 RIGID = Solver(lump_block_elasticity=False)
-STEP = ClosedForm(
-    chapter=CHAPTER,
+STEP = closed_form(
     title="Time step of runs in physical time",
     formula="dt = s · (2/ω) (√(1 + ξ²) - ξ) / √(1 + α),   ξ = β ω/2;   one block on its joint:\n"
     "ω² = max{ K/m,  eigenvalues of [k_s A/m, k_s A h/(2m); k_s A h/(2J), (k_n t b³/12 + k_s A h²/4)/J] }",
@@ -29,8 +28,7 @@ STEP = ClosedForm(
     "motion of one block: upwards, and shear with rocking, J = m (b² + h²)/12.",
     note="s: the share of the limit that the user asks for.",
 )
-STRUCK = ClosedForm(
-    chapter=CHAPTER,
+STRUCK = closed_form(
     title="Stack struck in the middle",
     formula="u(x, t) = (1/2c) ∫ v_0(x') dx' from x - c t to x + c t;   c = √(E_eff/ρ),   1/E_eff = 1/E + 1/(k_n h)",
     source="d'Alembert; stiffness of joint and block in series.",
