@@ -11,21 +11,8 @@ from damagepred import Assembly, Dynamics, Solver
 from damagepred.assembly.assembly import rectangle
 from damagepred.one_wall.judged_path import dynamic_run
 from tests.verification.conftest import SOLVERS
-from tests.verification.manual import Verify
-from tests.verification.test_fracture_energy import (
-    AREA,
-    F_T,
-    G_F,
-    JOINT,
-    K_S,
-    U_0,
-    B,
-    H,
-    T,
-    closed_form,
-    forces,
-    on_plate,
-)
+from tests.verification.manual import Verify, chapter
+from tests.verification.test_fracture_energy import AREA, F_T, G_F, JOINT, K_S, U_0, B, H, T, forces, on_plate
 
 pytestmark = pytest.mark.quick_cases("solver")
 
@@ -33,7 +20,7 @@ A = 5.0
 MEAN = (1 - np.exp(-A)) / A - np.exp(-A) / 2
 W_C = U_0 + (G_F / F_T - U_0 / 2) / MEAN
 EXPONENTIAL = replace(JOINT, softening="exponential")
-CURVE = closed_form(
+CURVE = chapter("Joints that open, break and slide")(
     title="Exponential softening",
     formula="σ = f_t (exp(-5 ξ) - ξ exp(-5)),   ξ = (u - u_0)/(w_c - u_0);   ∫ σ du = G_f",
     source="Closed by a line at w_c, as Hordijk's curve (1991).",
