@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from damagepred.assembly import Assembly
-from damagepred.assembly.interfaces import quadrature
 from damagepred import Assembly
+from damagepred.assembly.interfaces import quadrature
 from damagepred.scene import Joint, Solver
 
 # Abramowitz and Stegun, table 25.6: abscissas on [-1, 1] and weights that sum to 2

@@ -6,8 +6,6 @@ import pytest
 from damagepred.assembly.section import SectionMemory, _second_moments, concrete_sections
 from damagepred.errors import InputError
 from damagepred.kernels.concrete_section.law import BRANSON, moment_curvature_diagram
-from damagepred.scene import Footing
-from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene import Footing, ReinforcedConcrete
 
 

@@ -10,9 +10,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from damagepred import plotting
-from damagepred.plotting.fragility import _mark_limits
 from damagepred.damage import load_table
 from damagepred.plotting.colours import CATEGORY_COLOURS, width_colours
+from damagepred.plotting.fragility import _mark_limits
 from damagepred.plotting.vector import svg_of
 
 OF_WALLS = ["draw_wall", "draw_cracks", "draw_history"]
@@ -48,6 +48,8 @@ def test_limits_of_a_long_wall_are_labelled_by_what_governs() -> None:
     ax.set_xlim(0.0, 60.0)
     _mark_limits(ax, 15.0)
     assert [text.get_text() for text in ax.texts] == ["L/2000", "15 mm", "20 mm", "30 mm", "40 mm"]
+
+
 def test_colours_of_widths_change_at_the_limits():
     colours, norm = width_colours(load_table("bre251"))
     limits = [0.1, 1.0, 5.0, 15.0, 25.0]

@@ -6,10 +6,8 @@ import xarray as xr
 
 import damagepred
 from damagepred.errors import InputError
-from damagepred.plotting import draw_wall
-from damagepred.plotting.geometry import Faces, Motion, ground_profile, round_exaggeration
 from damagepred.plotting import draw_cracks, draw_wall
-from damagepred.plotting.geometry import Faces, Motion, corners, ground_profile, round_exaggeration
+from damagepred.plotting.geometry import Faces, Motion, ground_profile, round_exaggeration
 from damagepred.scene import Movement
 
 

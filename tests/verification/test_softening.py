@@ -11,12 +11,10 @@ import xarray as xr
 from scipy import optimize
 
 import damagepred
-from damagepred import Assembly
+from damagepred import Assembly, Joint, Solver
 from damagepred.assembly import wall_model
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BlockMaterial, Joint, Loads, Movement, Scene, Solver, Wall
-from damagepred import Assembly, Joint, Solver
-from damagepred.assembly.assembly import rectangle
+from damagepred.scene import BlockMaterial, Loads, Movement, Scene, Wall
 from tests.verification.manual import Verify, chapter
 
 pytestmark = pytest.mark.quick_cases("solver")
