@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from damagepred.arrays import Int8Array
-from damagepred.inputs.data_files import data_file
+from damagepred.inputs.data_files import data_tables
 
 
 def level_of(
@@ -121,7 +120,7 @@ class Scale(NamedTuple):
 
 def load_scale(name: str) -> Scale:
     """Scale by the name of its file, such as ``"psi"`` or ``"tilt"``."""
-    content = _read(name)
+    content = data_tables("damage", f"{name}.toml")
     text = {key: " ".join(content[key].split()) for key in ("name", "source", "confidence", "measure")}
     return Scale(**text, limits=tuple(content["limits"]))
 
@@ -136,7 +135,7 @@ def load_strain_table() -> StrainTable:
     >>> damage.load_strain_table().source
     'Boscardin and Cording 1989'
     """
-    content = _read("limiting_tensile_strain")
+    content = data_tables("damage", "limiting_tensile_strain.toml")
     categories = sorted(content["category"], key=lambda c: c["number"])
     limits = tuple(float(c["from"]) for c in categories[1:])
     return StrainTable(content["name"], content["source"], content["confidence"], limits)
@@ -152,19 +151,15 @@ def load_movement_limits() -> tuple[MovementLimit, ...]:
     >>> sorted({limit.measure for limit in damage.load_movement_limits()})
     ['angular_distortion', 'deflection_ratio']
     """
-    limits = [
-        MovementLimit(
-            author=row["author"],
-            about=row["about"],
-            measure=content["measure"],
-            one_in=_several(row["one_in"]),
-            length_over_height=tuple(row.get("length_over_height", ())),
-            kind=row.get("kind"),
-            confidence=row["confidence"],
-        )
-        for content in (_read("deflection_ratio"), _read("angular_distortion"))
-        for row in content["limit"]
-    ]
+    limits = []
+    for content in (data_tables("damage", f"{name}.toml") for name in ("deflection_ratio", "angular_distortion")):
+        for row in content["limit"]:
+            lists = {
+                key: tuple(np.ravel(row[key]).astype(float).tolist())
+                for key in ("one_in", "length_over_height")
+                if key in row
+            }
+            limits.append(MovementLimit(**row | lists, measure=content["measure"]))
     return (*limits, *construction_limits().values())
 
 
@@ -179,7 +174,7 @@ def construction_limits() -> dict[str, MovementLimit]:
     >>> sorted(limits)[:2]
     ['articulated_full_masonry', 'articulated_masonry_veneer']
     """
-    content = _read("as2870_deflection_limits")
+    content = data_tables("damage", "as2870_deflection_limits.toml")
     return {
         name: MovementLimit(
             author=content["name"],
@@ -196,13 +191,5 @@ def construction_limits() -> dict[str, MovementLimit]:
 
 def read_levels(name: str) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Data file of ``data/damage`` and its levels; level 0 has no limit."""
-    content = _read(name)
+    content = data_tables("damage", f"{name}.toml")
     return content, sorted(content["level"], key=lambda level: level["number"])
-
-
-def _read(name: str) -> dict[str, Any]:
-    return tomllib.loads(data_file("damage", f"{name}.toml").read_text(encoding="utf-8"))
-
-
-def _several(value: float | Sequence[float]) -> tuple[float, ...]:
-    return tuple(value) if isinstance(value, Sequence) else (float(value),)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import tomllib
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from damagepred.errors import InputError, nearest
 
@@ -33,3 +36,9 @@ def data_file(*parts: str) -> Path:
             + nearest(path.name, siblings)
         )
     return path
+
+
+@cache
+def data_tables(*parts: str) -> dict[str, Any]:
+    """Content of one shipped TOML file."""
+    return tomllib.loads(data_file(*parts).read_text(encoding="utf-8"))

@@ -26,14 +26,9 @@ def crack_parts(ds: xr.Dataset) -> list[Part]:
     if traced is not None:
         from damagepred.plotting import draw_cracks
 
-        figures = [
-            drawing(
-                "cracks",
-                "The cracks where they run, on the undeformed wall; the table has the same numbers.",
-                f"Drawing of the wall with {len(frame)} numbered cracks, coloured by width",
-                draw_cracks(ds, traced=traced),
-            )
-        ]
+        caption = "The cracks where they run, on the undeformed wall; the table has the same numbers."
+        label = f"Drawing of the wall with {len(frame)} numbered cracks, coloured by width"
+        figures = [drawing("cracks", caption, label, draw_cracks(ds, traced=traced))]
     note = (
         "Width is the largest opening normal to a joint, which damage tables speak of; the displacement has the slip "
         f"in it. What has opened or slid by more than {length(HAIRLINE)} and touches is one crack. Length "

@@ -67,7 +67,7 @@ def house_damage(ds: xr.Dataset) -> list[Part]:
     view, rooms = draw_axonometric(ds), room_columns(ds)
     for shapes in view.collections:
         shapes.set_rasterized(True)
-    return [
+    parts: list[Part] = [
         drawing(
             "house",
             "The deformed house. Across its plane a wall follows, in the drawing alone, the walls that meet it.",
@@ -76,11 +76,10 @@ def house_damage(ds: xr.Dataset) -> list[Part]:
         ),
         Table.of("Walls at the end of the path", wall_columns(ds), RULE),
         Table.of("Where walls meet: vertical shear and slip", corner_columns(ds), "Forces of the first wall."),
-        *(
-            [Table.of("Sides of the rooms", rooms, "A side is a wall between the corners of a room.")]
-            * bool(rooms[0].cells)
-        ),
     ]
+    if rooms[0].cells:
+        parts.append(Table.of("Sides of the rooms", rooms, "A side is a wall between the corners of a room."))
+    return parts
 
 
 def walls_table(ds: xr.Dataset, at: MovementDistribution, confidence: float) -> Table:
@@ -89,9 +88,8 @@ def walls_table(ds: xr.Dataset, at: MovementDistribution, confidence: float) -> 
     for name in (*wall_names(ds), ""):
         one = wall_dataset(ds, name) if name else ds
         found = [exceedance(one, c, at, confidence=confidence).estimate for c, _ in categories(ds)]
-        rows.append(
-            [name or "house", *(with_band(chance(e.value), chance(e.lower), chance(e.upper), "\n") for e in found)]
-        )
+        cells = (with_band(chance(e.value), chance(e.lower), chance(e.upper), "\n") for e in found)
+        rows.append([name or "house", *cells])
     heads = ["wall", *(f"category {label} or worse" for _, label in categories(ds))]
     damaged = ds["damaged_walls"].values if "damaged_walls" in ds else np.empty(0)
     note = f"{RULE} With {confidence:.0%} intervals."

@@ -84,15 +84,9 @@ def input_section(
         pairs = [(a, b, value) for a, row in settings.correlation.items() for b, value in row.items()]
         correlated = [f"{place_in_words(a)} with {place_in_words(b)}, {number(value)}" for a, b, value in pairs]
         note = "COV is the coefficient of variation, standard deviation over mean."
-        parts.append(
-            Table(
-                "What is uncertain",
-                ["quantity", "distribution", "varies from", "unit", "source"],
-                variables,
-                words=(0, 1, 2, 3, 4),
-                note=" ".join([note, *(["Correlations: " + "; ".join(correlated) + "."] if correlated else [])]),
-            )
-        )
+        note += f" Correlations: {'; '.join(correlated)}." if correlated else ""
+        head = ["quantity", "distribution", "varies from", "unit", "source"]
+        parts.append(Table("What is uncertain", head, variables, words=range(5), note=note))
     if any("Zhuge" in row[-1] for row in rows):
         parts.append(Text([f"Zhuge et al.: {PAPER}."]))
     if sources:
@@ -113,11 +107,11 @@ def units_of(ds: xr.Dataset) -> dict[str, str]:
 
 def unsure(settings: StudySettings) -> list[str]:
     """Variables whose mean or scatter is assumed."""
-    doubtful = []
-    for place, variable in settings.variables.items():
-        if any(source.confidence == "assumed" for source in sources_of_variable(place, variable)):
-            doubtful.append(place_in_words(place))
-    return doubtful
+    return [
+        place_in_words(place)
+        for place, variable in settings.variables.items()
+        if any(source.confidence == "assumed" for source in sources_of_variable(place, variable))
+    ]
 
 
 def _tables(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -214,16 +208,11 @@ def _words(variable: Variable, unit: str, scale: float) -> str:
     """Distribution with its parameters in the shown unit."""
     with_unit = ((n, getattr(variable, n)) for n in ("mean", "median", "std", "lower", "upper", "scale"))
     pure = ((n, getattr(variable, n)) for n in ("cov", "dispersion", "shape", "alpha", "beta"))
-    parameters = [
-        f"{named(name)} {number(to_si(value, unit) / scale)}" for name, value in with_unit if value is not None
-    ]
+    parameters = [f"{n} {number(to_si(value, unit) / scale)}" for n, value in with_unit if value is not None]
     parameters += [f"{'COV' if n == 'cov' else n} {number(float(value))}" for n, value in pure if value is not None]
-    if variable.values:
-        parameters.append(f"{len(variable.values)} values")
-    if variable.name:
-        parameters.append(f"{variable.name} of scipy.stats")
-    if variable.components:
-        parameters.append(f"{len(variable.components)} components")
+    parameters += [f"{len(variable.values)} values"] if variable.values else []
+    parameters += [f"{variable.name} of scipy.stats"] if variable.name else []
+    parameters += [f"{len(variable.components)} components"] if variable.components else []
     return f"{named(variable.distribution)}: {', '.join(parameters)}" if parameters else named(variable.distribution)
 
 

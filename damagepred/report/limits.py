@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -19,28 +19,20 @@ BEYOND = "not moved as far"
 """Entry where no wall was moved as far as the limit."""
 
 
-class Limit(NamedTuple):
-    """Largest design deflection of a footing: kind of construction, n of length / n, absolute limit and result (m)."""
-
-    construction: str
-    ratio: int
-    absolute: float
-    deflection: float
-
-
 def limit_measure(ds: xr.Dataset) -> str:
     """Differential deflection of a footing: over its middle, of settling ground between any two places."""
     return "differential_settlement" if "differential_settlement" in ds else "central_deflection"
 
 
-def code_limits(span: float) -> tuple[str, list[Limit]]:
-    """Source of the limits, and each limit for a footing of a length between its ends (m)."""
-    rules = construction_limits().values()
-    limits = [
-        Limit(k.about, round(k.one_in[0]), float(k.deflection or np.inf), span * k.value(span, span)) for k in rules
+def code_limits(span: float) -> tuple[str, list[tuple[float, list[str]]]]:
+    """Source of the limits, and deflection (m) and cells of each limit for a footing of a length (m)."""
+    rules = sorted(construction_limits().values(), key=lambda rule: rule.value(span, span))
+    limits = [(span * rule.value(span, span), rule) for rule in rules]
+    cells = [
+        (most, [rule.about, f"L/{rule.one_in[0]:.0f}, {length(float(rule.deflection or np.inf))}", length(most)])
+        for most, rule in limits
     ]
-    source = "; ".join(dict.fromkeys(f"{k.author} ({k.confidence})" for k in rules))
-    return source, sorted(limits, key=lambda limit: limit.deflection)
+    return "; ".join(dict.fromkeys(f"{rule.author} ({rule.confidence})" for rule in rules)), cells
 
 
 def wall_limits(ds: xr.Dataset) -> Section | None:
@@ -48,17 +40,12 @@ def wall_limits(ds: xr.Dataset) -> Section | None:
     source, limits = code_limits(float(ds.attrs["span"]))
     deflection = ds[limit_measure(ds)].values
     rows = []
-    for limit in limits:
-        reached = np.flatnonzero(deflection >= limit.deflection * (1 - 1e-9))
-        if reached.size:
-            category, width = (
-                int(ds["damage_category"].values[reached[0]]),
-                float(ds["crack_width_max"].values[reached[0]]),
-            )
-            cells = [category_label(ds, category), length(width)]
-        else:
-            cells = [BEYOND, "–"]
-        rows.append([*_limit(limit), *cells])
+    for limit, cells in limits:
+        damage = [BEYOND, "–"]
+        if (reached := np.flatnonzero(deflection >= limit * (1 - 1e-9))).size:
+            category, width = (ds[name].values[reached[0]] for name in ("damage_category", "crack_width_max"))
+            damage = [category_label(ds, int(category)), length(float(width))]
+        rows.append([*cells, *damage])
     if all(row[-1] == "–" for row in rows):
         return None
     table = Table(
@@ -72,20 +59,14 @@ def wall_limits(ds: xr.Dataset) -> Section | None:
 
 
 def study_limits(ds: xr.Dataset, confidence: float = 0.9) -> Section | None:
-    """Probability of each category at each limit; None without any entry.
-
-    Walls that are each known at their own movement alone cannot be counted at one.
-    """
-    if ds["damage_category"].ndim == 1 or limit_measure(ds) not in ds.variables:  # a house has many deflections
+    """Probability of each category at each limit; None without any entry."""
+    # walls that are known at their own movement alone cannot be counted at another; a house has many deflections
+    if ds["damage_category"].ndim == 1 or limit_measure(ds) not in ds.variables:
         return None
     source, limits = code_limits(float(ds.attrs["span"]))
     of = categories(ds)
-    rows = []
-    for limit in limits:
-        counted = [
-            exceedance(ds, c, limit.deflection, confidence=confidence, intensity=limit_measure(ds)) for c, _ in of
-        ]
-        rows.append([*_limit(limit), *map(_counted, counted)])
+    asked: dict[str, Any] = {"confidence": confidence, "intensity": limit_measure(ds)}
+    rows = [[*cells, *(_counted(exceedance(ds, c, limit, **asked)) for c, _ in of)] for limit, cells in limits]
     if all(cell == BEYOND for row in rows for cell in row[3:]):
         return None
     about = (
@@ -104,10 +85,4 @@ def study_limits(ds: xr.Dataset, confidence: float = 0.9) -> Section | None:
 
 def _counted(estimated: Exceedance) -> str:
     e = estimated.estimate
-    if np.isnan(e.value):
-        return BEYOND
-    return with_band(chance(e.value), chance(e.lower), chance(e.upper), "\n")
-
-
-def _limit(limit: Limit) -> list[str]:
-    return [limit.construction, f"L/{limit.ratio}, {length(limit.absolute)}", length(limit.deflection)]
+    return BEYOND if np.isnan(e.value) else with_band(chance(e.value), chance(e.lower), chance(e.upper), "\n")

@@ -45,16 +45,13 @@ def _template() -> Any:
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined, finalize=_together
     )
-    environment.filters["code"] = _with_code
+
+    def with_code(text: str) -> markupsafe.Markup:
+        return markupsafe.Markup(_CODE.sub(r"<code>\1</code>", str(markupsafe.escape(_together(text)))))
+
+    environment.filters["code"] = with_code  # of text between backquotes
     environment.filters["verbatim"] = lambda text: markupsafe.escape(text)
     return environment.from_string(_file("page.html"))
-
-
-def _with_code(text: str) -> Any:
-    """Return text with what stands between backquotes as code."""
-    from markupsafe import Markup, escape
-
-    return Markup(_CODE.sub(r"<code>\1</code>", str(escape(_together(text)))))
 
 
 def _together(value: Any) -> Any:

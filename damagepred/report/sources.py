@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Collection
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from damagepred.errors import InputError
-from damagepred.inputs.data_files import data_file
+from damagepred.inputs.data_files import data_tables
 from damagepred.scene import Scene, masonry_library
+from damagepred.scene.quantity import to_si
 from damagepred.uq.variable import Variable
 
 PAPER = "The Prediction of Damage to Masonry Houses Caused by Foundation Movements"
@@ -44,7 +44,7 @@ def source_of_value(
     library = {} if material is None else masonry_library()[material].values
     if place in library and _same(value, library[place].mean) and place not in (given or ()):
         return Source(f"{material}, {masonry_library()[str(material)].source}", library[place].confidence)
-    shipped = _materials().get(_MATERIALS.get(table, ""), {})
+    shipped = data_tables("materials", "zhuge.toml").get(_MATERIALS.get(table, ""), {})
     if key in shipped and _same(value, shipped[key]):
         name = shipped["source"].replace(f"{PAPER}, ", "")
         if given is not None:
@@ -62,36 +62,30 @@ def sources_of_variable(place: str, variable: Variable) -> list[Source]:
     """List the sources of a variable's mean and scatter."""
     if variable.source:
         return [Source(variable.source)]
-    shipped = _statistics().get(place, {})
+    shipped = data_tables("statistics", "masonry.toml").get(place, {})
     if not shipped or variable.distribution != shipped["distribution"]:
         return [Source(GIVEN)]
-    unit = Scene.unit_of(place)
-    from damagepred.scene.quantity import to_si
-
-    def is_shipped(key: str) -> bool:
-        value = getattr(variable, key, None)
-        try:
-            return (
-                value is not None
-                and key in shipped
-                and _same(to_si(value, "1" if key == "cov" else unit), shipped[key])
-            )
-        except (ValueError, InputError):
-            return False
-
     sources = []
     for what, keys in (("mean", ("mean",)), ("cov", ("cov", "lower"))):
-        ours = [key for key in keys if key in shipped]
-        if ours and all(is_shipped(key) for key in ours[:1]):
+        if (key := next((key for key in keys if key in shipped), None)) is None:
+            continue
+        if _is_shipped(getattr(variable, key, None), "1" if key == "cov" else Scene.unit_of(place), shipped[key]):
             sources.append(Source(f"{what}: {shipped[f'{what}_source']}", shipped[f"{what}_confidence"]))
-        elif ours:
+        else:
             sources.append(Source(f"{what}: {GIVEN}"))
     return sources or [Source(GIVEN)]
 
 
+def _is_shipped(value: Any, unit: str, shipped: float) -> bool:
+    try:
+        return value is not None and _same(to_si(value, unit), shipped)
+    except (ValueError, InputError):
+        return False
+
+
 def field_source(place: str, correlation: float) -> Source:
     """Source of the correlation from one unit of a course to the next."""
-    shipped = _statistics().get(place, {}).get("field", {})
+    shipped = data_tables("statistics", "masonry.toml").get(place, {}).get("field", {})
     if shipped and _same(correlation, shipped["course_correlation"]):
         return Source(shipped["source"], shipped["confidence"])
     return Source(GIVEN)
@@ -101,16 +95,6 @@ def _same(a: Any, b: Any) -> bool:
     if isinstance(a, int | float) and isinstance(b, int | float) and not isinstance(a, bool):
         return math.isclose(a, b, rel_tol=1e-9, abs_tol=0.0)
     return bool(a == b)
-
-
-@lru_cache(maxsize=1)
-def _materials() -> dict[str, Any]:
-    return tomllib.loads(data_file("materials", "zhuge.toml").read_text(encoding="utf-8"))
-
-
-@lru_cache(maxsize=1)
-def _statistics() -> dict[str, Any]:
-    return tomllib.loads(data_file("statistics", "masonry.toml").read_text(encoding="utf-8"))
 
 
 @lru_cache(maxsize=1)

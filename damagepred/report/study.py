@@ -54,6 +54,8 @@ HALF_PAGE = 5.2, 4.6
 MOST_FAILURES = 10
 """Failed walls that are listed one by one."""
 
+_STUDY_FILE = "Study file with its scene, complete with defaults"
+
 
 def study_page(
     folder: StudyFolder,
@@ -68,8 +70,7 @@ def study_page(
     on_step: Callable[[Step], None] | None = None,
 ) -> Page:
     """Report of a study, finished or not, with a comparison if there are studies of measures."""
-    ds = folder.results()
-    settings = read_frozen(folder.study_text())
+    ds, settings = folder.results(), read_frozen(folder.study_text())
     inferred = [] if posterior is None else [back_analysis_section(posterior, folder.path)]
     if not np.isin(ds["status"].values, SOLVED).any():
         raise InputError(f"{folder.path}: the study has no finished sample yet; run `damagepred study` first.")
@@ -77,12 +78,10 @@ def study_page(
     question, found = answers(ds, wanted, confidence)
     asked = None if at is None or wanted.own else float(np.median(wanted.points))
     influence, influences_section = influences(ds, found, confidence, wanted.own)
-    curves = _fitted(ds, confidence, bootstrap)
-    moved = common_movement(ds)
+    curves, moved = _fitted(ds, confidence, bootstrap), common_movement(ds)
     paths = ds["damage_category"].ndim == 2
     if paths:
-        at_error = moved if asked is None else min(asked, moved)
-        certainty = monte_carlo(ds, at_error, confidence)
+        certainty = monte_carlo(ds, moved if asked is None else min(asked, moved), confidence)
         wall, cracks = _typical(folder, ds, replay, on_step, asked)
     else:
         certainty = [Text(["The study has only the end of each wall's movement: its curves' error is their band."])]
@@ -106,19 +105,14 @@ def study_page(
             Section("damage", "Damage", [*(_damage(ds) if paths else []), *cracks]),
             Section("fragility", "The curves", [_curves_table(curves)]),
             *inferred,
-            *filter(None, [influences_section]),
-            *filter(None, [None if "load_force" in ds else study_limits(ds, confidence)]),
+            *filter(None, [influences_section, None if "load_force" in ds else study_limits(ds, confidence)]),
             study_caveats(ds, curves, settings, moved),
         ],
         appendix=[
             input_section(settings.scene, settings, given_of(ds), units_of(ds)),
             Section("run", "What was run", _run_parts(folder, ds, settings, written)),
             Section("quality", "Quality of the solutions, and Monte Carlo error", study_quality(ds) + certainty),
-            Section(
-                "files",
-                "The study in full",
-                [Listing("Study file with its scene, complete with defaults", folder.study_text().strip())],
-            ),
+            Section("files", "The study in full", [Listing(_STUDY_FILE, folder.study_text().strip())]),
         ],
     )
 
@@ -154,10 +148,9 @@ def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:
 
 def _facts(ds: xr.Dataset, settings: StudySettings) -> list[tuple[str, str]]:
     status = ds["status"].values
+    uncertain = [place_in_words(place) for place in (*settings.variables, *settings.study.table_columns)]
+    varied = f"; uncertain: {', '.join(uncertain)}" if uncertain else ""
     solved = int(np.isin(status, SOLVED).sum())
-    places = [*settings.variables, *settings.study.table_columns]
-    others = [place_in_words(place) for place in places]
-    varied = f"; uncertain: {', '.join(others)}" if others else ""
     return [("Houses" if is_house(ds) else "Walls", f"{solved} solved of {len(status)}{varied}")]
 
 
@@ -180,26 +173,17 @@ def _run_parts(folder: StudyFolder, ds: xr.Dataset, settings: StudySettings, wri
         ["a wall is followed to", _followed(settings)],
     ]
     if "run_time" in ds and np.isfinite(ds["run_time"].values).any():
-        seconds = ds["run_time"].values
-        rows.append(
-            [
-                "time of a wall",
-                f"{duration(float(np.nanmean(seconds)))} on average, {duration(float(np.nanmax(seconds)))} at most",
-            ]
-        )
+        mean, most = (duration(float(of(ds["run_time"].values))) for of in (np.nanmean, np.nanmax))
+        rows.append(["time of a wall", f"{mean} on average, {most} at most"])
     if "weight" in ds:
         rows.append(["importance sampling", "walls have weights, which shares and curves count"])
     parts: list[Part] = [Table("Program and study", ["", ""], rows, words=(0, 1))]
     if failed := sorted(folder.failed_samples()):
         records = [folder.failure(i) for i in failed]
-        reasons = Counter(str(record["reason"]) for record in records)
-        parts.append(
-            Table("Why walls failed", ["reason", "walls"], [[named(r), str(n)] for r, n in reasons.most_common()])
-        )
-        rows = [
-            [str(r["sample"]), str(r["message"]), f"damagepred replay {folder.path.name} {r['sample']}"]
-            for r in records[:MOST_FAILURES]
-        ]
+        reasons = Counter(str(record["reason"]) for record in records).most_common()
+        parts.append(Table("Why walls failed", ["reason", "walls"], [[named(r), str(n)] for r, n in reasons]))
+        replay = f"damagepred replay {folder.path.name}"
+        rows = [[str(r["sample"]), str(r["message"]), f"{replay} {r['sample']}"] for r in records[:MOST_FAILURES]]
         note = f"{len(failed) - MOST_FAILURES} more are on record in the folder." if len(failed) > MOST_FAILURES else ""
         parts.append(Table("Failed walls", ["sample", "what happened", "to solve it again"], rows, (1, 2), note))
     return parts
@@ -240,7 +224,7 @@ def _damage(ds: xr.Dataset) -> list[Part]:
         ),
         _measures(ds),
     ]
-    if "time" in ds and ds["damage_category"].ndim == 2:
+    if "time" in ds:
         note = "With 90 % intervals. So far: by the worst category until then; now: cracks may have closed again."
         parts.append(Table.of("Probability of damage by year", year_columns(ds), note))
     return parts
@@ -270,7 +254,9 @@ def _typical(
     if chosen.worst != chosen.typical:
         with contextlib.suppress(DamagepredError):  # the page has no such drawing
             walls[f"worst, sample {chosen.worst}"] = solve_again(folder.path, chosen.worst, on_step)[0]
-    again = Text([f"{said} {_solved_again(comparison)}"])
+    if comparison.startswith("bit for bit"):
+        comparison = "agrees bit for bit with the study."
+    again = Text([f"{said} Solved again for this report, the typical wall {comparison}"])
     if is_house(wall):
         figures = house_drawings(wall, f"A typical house, sample {chosen.typical}. ", walls)
         return figures, [again, *house_damage(wall), *crack_parts(wall)]
@@ -291,13 +277,6 @@ def _measures(ds: xr.Dataset) -> Table:
     if "footing_opening_max" in ds and not has_dpc(ds):
         judged["widest joint or gap on the footing"] = judge_again(ds, measure="joint", count_footing_gap=True)
     return Table.of("Walls by the worst category of their path", worst_category_columns(judged), note)
-
-
-def _solved_again(comparison: str) -> str:
-    """Note on the typical wall: the same as in the study, or the reason why it differs."""
-    if comparison.startswith("bit for bit"):
-        return "Solved again for this report, the typical wall agrees bit for bit with the study."
-    return f"Solved again for this report, the typical wall {comparison}"
 
 
 _NO_PATHS = Text(

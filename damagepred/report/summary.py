@@ -37,10 +37,8 @@ def wall_summary(ds: xr.Dataset) -> list[str]:
     said = []
     for one, name in categories(ds):
         reached = np.flatnonzero(category >= one)
-        if reached.size:
-            said.append(f"Category {_with_name(name)}: reached at a {words} of {length(float(movement[reached[0]]))}.")
-        else:
-            said.append(f"Category {_with_name(name)}: not reached up to a {words} of {length(float(movement[-1]))}.")
+        how, at = ("reached at", reached[0]) if reached.size else ("not reached up to", -1)
+        said.append(f"Category {_with_name(name)}: {how} a {words} of {length(float(movement[at]))}.")
     return said
 
 
@@ -63,7 +61,12 @@ def answers(
         ends = own_movements(ds, measure)
         of = f"a {movement_words(ds)} of {length(float(ends.min()))} to {length(float(ends.max()))}"
         return f"At the end of each wall's own movement, {of}:", estimates
-    return _movement_in_words(wanted, movement_words(ds)), estimates
+    if len(wanted.points) > 1:
+        where = f"site {wanted.name}" if wanted.measure == MOUND else wanted.name
+        return f"For {where} ({wanted.assumption}):", estimates
+    words = movement_words(ds)
+    site = f", site class {site_class(wanted.largest).name}" if words == OF_SITE else ""
+    return f"At a {words} of {movement_number(wanted.largest, words)}{site}:", estimates
 
 
 def study_summary(ds: xr.Dataset, estimates: Mapping[int, Estimate]) -> list[str]:
@@ -72,14 +75,6 @@ def study_summary(ds: xr.Dataset, estimates: Mapping[int, Estimate]) -> list[str
         f"Category {_with_name(name)} or worse: {in_words(estimates[category], 'house' if is_house(ds) else 'wall')}."
         for category, name in categories(ds)
     ]
-
-
-def _movement_in_words(wanted: MovementDistribution, words: str) -> str:
-    if len(wanted.points) > 1:
-        where = f"site {wanted.name}" if wanted.measure == MOUND else wanted.name
-        return f"For {where} ({wanted.assumption}):"
-    site = f", site class {site_class(wanted.largest).name}" if words == OF_SITE else ""
-    return f"At a {words} of {movement_number(wanted.largest, words)}{site}:"
 
 
 def movement_number(value: float, words: str) -> str:
@@ -104,8 +99,7 @@ def influences(
 ) -> tuple[str, Section | None]:
     """Sentence on the inputs that change the answer most, and the section with all of them.
 
-    The category is the one whose probability is nearest to a half. Where each wall ends at its own movement
-    (``own_ground``), damage there counts, otherwise the movement at damage.
+    With ``own_ground`` of the damage at each wall's own movement, otherwise of the movement at damage.
     """
     if (category := doubtful_category(estimates)) is None:
         return "", None

@@ -55,14 +55,10 @@ def typical_and_worst(ds: xr.Dataset, at: float | None = None) -> Chosen | None:
     typical, why = int(sample[middle]), f"whose widest crack {where} is the median of all walls, {length(key[middle])}"
     if np.isinf(key[middle]):
         why = f"the median of all walls {where}: it fell, or reached the worst category, at {length(last[middle])}"
-    if some:
-        known = capacities[some[-1]]
-        first = int(np.argmin(known.upper))
-        worst, reason = (
-            int(known.sample[first]),
-            f"which reached category {some[-1]} first, at {length(known.upper[first])}",
-        )
-    else:
-        worst = int(sample[np.argmax(width)])
+    if not some:
         reason = f"whose widest crack is the widest, {length(float(width.max()))}"
-    return Chosen(typical, worst, why, reason)
+        return Chosen(typical, int(sample[np.argmax(width)]), why, reason)
+    known = capacities[some[-1]]
+    first = int(np.argmin(known.upper))
+    reason = f"which reached category {some[-1]} first, at {length(known.upper[first])}"
+    return Chosen(typical, int(known.sample[first]), why, reason)

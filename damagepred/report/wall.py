@@ -31,6 +31,7 @@ from damagepred.uq.intensity import movement_measure, movement_words
 MOST_ROWS = 60
 """Increments that the table of a wall lists at most."""
 
+_SCENE_FILE = "Scene file, complete with defaults"
 NEEDED = ("contact_opening", "damage_category", "crack_width_max", "central_deflection", "block_x")
 
 
@@ -69,9 +70,7 @@ def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
             input_section(scene, given=given_of(ds), units=units_of(ds)),
             Section("run", "What was run", [_run(ds, origin, written)]),
             Section("quality", "How good the solution is", [*wall_quality(ds), _path_table(ds)]),
-            Section(
-                "files", "The scene in full", [Listing("Scene file, complete with defaults", ds.attrs["scene"].strip())]
-            ),
+            Section("files", "The scene in full", [Listing(_SCENE_FILE, ds.attrs["scene"].strip())]),
         ],
     )
 
@@ -81,14 +80,12 @@ def _warnings(ds: xr.Dataset) -> list[str]:
     message = str(ds.attrs.get("status_message", ""))
     gap = footing_gap_note(ds)
     said = [f"{gap[0].upper()}{gap[1:]}."] if gap else []
-    if status in (PathStatus.COMPLETE, PathStatus.COLLAPSED):
-        if status == PathStatus.COLLAPSED:
-            said.insert(0, f"The wall collapsed: {message}" if message else "The wall collapsed.")
+    if status == PathStatus.COMPLETE:
         return said
-    return [
-        f"The path is not complete: {status}{': ' + message if message else ''}. What follows is of its first part.",
-        *said,
-    ]
+    if status == PathStatus.COLLAPSED:
+        return [f"The wall collapsed: {message}" if message else "The wall collapsed.", *said]
+    reason = f"{status}{': ' + message if message else ''}"
+    return [f"The path is not complete: {reason}. What follows is of its first part.", *said]
 
 
 def _facts(ds: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
@@ -116,10 +113,8 @@ def _facts(ds: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
     if "footing" in shown_gaps(ds):
         facts.append(("Bed on the footing", _gap(ds, "footing")))
     for i, opening in enumerate(scene.opening):
-        change = float(ds["opening_width_change"].values[-1, i])
-        facts.append(
-            (f"{opening.kind.capitalize()} {i + 1}", f"changes its width by {length(change)} (widening positive)")
-        )
+        change = length(float(ds["opening_width_change"].values[-1, i]))
+        facts.append((f"{opening.kind.capitalize()} {i + 1}", f"changes its width by {change} (widening positive)"))
     return facts
 
 

@@ -151,11 +151,10 @@ def judge_again(
         alike: dict[str, Any] = {"table": table, "plasterboard": plasterboard, **given}
         _put_walls(judged, [judge_again(wall_dataset(ds, name), **alike) for name in wall_names(ds)])
     by_wall = (f"wall_{name}" for name in (*CATEGORY_VARIABLES, WORST_CATEGORY))
+    comment = f"{rules.table.name}; {rules.table.source}"
     for name in (*CATEGORY_VARIABLES, *(f"end_{name}" for name in CATEGORY_VARIABLES), WORST_CATEGORY, *by_wall):
         if name in judged:
-            judged[name].attrs = category_attributes(
-                rules.table.category_names, f"{rules.table.name}; {rules.table.source}"
-            ) | {"long_name": VARIABLES[name].long_name}
+            judged[name].attrs = category_attributes(rules.table.category_names, comment, name)
     notes += _levels(judged)
     judged.attrs["damage_table"] = rules.table.name
     judged.attrs["damage_limits"] = json.dumps(asdict(rules.table))
@@ -399,12 +398,9 @@ def _of_states(ds: xr.Dataset, prefix: str, rules: Rules, shape: tuple[int, ...]
 def _widths(ds: xr.Dataset, prefix: str, by_band: bool, rules: Rules) -> FloatArray:
     """Return the widths (m) that make the category, of the variable's shape."""
     joint = np.asarray(ds[f"{prefix}crack_width_max"].values)
-    band, gap = (
-        np.asarray(ds[f"{prefix}{name}"].values) if f"{prefix}{name}" in ds else joint
-        for name in ("crack_band_width_max", "footing_opening_max")
-    )
-    widths = rules.widths(joint, band, gap, has_dpc=has_dpc(ds))
-    return np.asarray(widths[by_band], dtype=np.float64)
+    others = (f"{prefix}{name}" for name in ("crack_band_width_max", "footing_opening_max"))
+    band, gap = (np.asarray(ds[name].values) if name in ds else joint for name in others)
+    return np.asarray(rules.widths(joint, band, gap, has_dpc=has_dpc(ds))[by_band], dtype=np.float64)
 
 
 def _group(ds: xr.Dataset, prefix: str, rules: Rules, shape: tuple[int, ...]) -> FloatArray | None:
@@ -423,11 +419,9 @@ def _collapsed(wall: xr.Dataset) -> bool:
 
 
 def _beyond_the_end(new: Int8Array, old: Int8Array, collapsed: BoolArray, highest: int, same: bool) -> Int8Array:
-    """Fill in the categories after the last known state of paths (n, k); return those reached by paths of open end.
-
-    A collapsed wall keeps the highest category. A path that ended at its last category of interest is unknown beyond,
-    unless it had reached the highest category, or the rules are the archive's own.
-    """
+    """Fill in the categories after the last known state of paths (n, k); return those reached by paths of open end."""
+    # a path that ended at its last category of interest is unknown beyond, unless that was the highest category, or the
+    # rules are the archive's own
     steps = np.arange(new.shape[1])
     last = np.where(new >= 0, steps, -1).max(axis=1)
     beyond = steps > last[:, None]
@@ -443,28 +437,25 @@ def _beyond_the_end(new: Int8Array, old: Int8Array, collapsed: BoolArray, highes
 # -- deviation and sticking openings ---------------------------------------------------------------------------------
 
 
+_NO_DEVIATION = "no deviation from level and plumb: the archive does not hold it"
+_NO_DISTORTION = "no sticking doors and windows: the archive does not hold how their openings are distorted"
+
+
 def _levels(ds: xr.Dataset) -> list[str]:
     """Add the levels of deviation from level and plumb and of sticking openings, where their measures are kept."""
     notes = []
-    if "tilt_max" in ds and "slope_max" in ds:
-        limits = deviation_limits()
-        _put_level(
-            ds, "deviation_level", "tilt_max", limits, limits.level(ds["tilt_max"].values, ds["slope_max"].values)
-        )
-    else:
-        notes.append("no deviation from level and plumb: the archive does not hold it")
-    if "opening_distortion" in ds:
-        sticking = sticking_limits()
-        measured = (ds[f"opening_{name}"].values for name in ("distortion", "width_change", "diagonal_change"))
-        _put_level(ds, "opening_sticking", "opening_distortion", sticking, sticking.level(*measured))
-    else:
-        notes.append("no sticking doors and windows: the archive does not hold how their openings are distorted")
+    of_opening = tuple(f"opening_{name}" for name in ("distortion", "width_change", "diagonal_change"))
+    for name, limits, measures, lacking in (
+        ("deviation_level", deviation_limits(), ("tilt_max", "slope_max"), _NO_DEVIATION),
+        ("opening_sticking", sticking_limits(), of_opening, _NO_DISTORTION),
+    ):
+        if not all(measure in ds for measure in measures):
+            notes.append(lacking)
+            continue
+        comment = f"{limits.name}; {limits.source} ({limits.confidence})"
+        level = limits.level(*(ds[measure].values for measure in measures))
+        ds[name] = (ds[measures[0]].dims, level, VARIABLES[name].attributes() | {"comment": comment})
     return notes
-
-
-def _put_level(ds: xr.Dataset, name: str, like: str, limits: Any, level: Int8Array) -> None:
-    comment = f"{limits.name}; {limits.source} ({limits.confidence})"
-    ds[name] = (ds[like].dims, level, VARIABLES[name].attributes() | {"comment": comment})
 
 
 class Share(NamedTuple):
@@ -475,10 +466,7 @@ class Share(NamedTuple):
 
 
 def shares(ds: xr.Dataset) -> dict[int, Share]:
-    """Return the number of walls whose worst category is each one; -1: unknown.
-
-    Of a wall that failed on its way it is known only if it has reached the highest category before.
-    """
+    """Return the number of walls whose worst category is each one; -1: unknown, as of walls that failed below it."""
     category = ds["damage_category"].values
     rows = category.shape[0] if "sample" in ds["damage_category"].dims else 1
     worst = category.reshape(rows, -1).max(axis=1)
@@ -507,10 +495,8 @@ def shown_gaps(ds: xr.Dataset) -> list[str]:
 
 def footing_gap_note(ds: xr.Dataset) -> str:
     """Note on an uncounted gap along the footing bed that would raise the category; empty without any."""
-    if "footing_opening_max" not in ds or has_dpc(ds):
-        return ""
     rules = archived_rules(ds)
-    if rules.count_footing_gap:
+    if "footing_opening_max" not in ds or has_dpc(ds) or rules.count_footing_gap:
         return ""
     gap, category = np.nan_to_num(ds["footing_opening_max"].values), ds["damage_category"].values
     by_gap = rules.table.by_width(gap)
@@ -521,10 +507,8 @@ def footing_gap_note(ds: xr.Dataset) -> str:
     if "sample" in ds["damage_category"].dims:
         rows = ds.sizes["sample"]
         some = int(higher.reshape(rows, -1).any(axis=1).sum())
-        return (
-            f"in {some} of {rows} walls the gap along the bed on the footing is of a higher category than the cracks; "
-            f"{how}"
-        )
+        higher_than = "the gap along the bed on the footing is of a higher category than the cracks"
+        return f"in {some} of {rows} walls {higher_than}; {how}"
     worst = int(np.argmax(np.where(higher, gap, -1.0)))
     opens = f"the bed on the footing opens by {1e3 * float(gap[worst]):.3g} mm"
     return f"{opens}, which would be category {int(by_gap[worst])}; {how}"

@@ -83,6 +83,7 @@ def compare_scales(ds: xr.Dataset, increment: int | None = None) -> xr.Dataset:
     reached = np.divide(first, counted, out=np.full(len(judged), np.nan), where=counted > 0)
     pairs = np.array([[_pair(a, b, weights) for b in flat] for a in flat])
     both = ("scale", "other")
+    names, sources, confidences, _ = zip(*judged)
     return xr.Dataset(
         {
             "level": (("scale", *category.dims), level, {"long_name": "level on the scale; -1: unknown"}),
@@ -92,10 +93,8 @@ def compare_scales(ds: xr.Dataset, increment: int | None = None) -> xr.Dataset:
             "states": (both, known.astype(np.int32) @ known.astype(np.int32).T, {"long_name": "states that both know"}),
         },
         coords={
-            "scale": [one.name for one in judged],
-            "other": [one.name for one in judged],
-            "source": ("scale", [one.source for one in judged]),
-            "confidence": ("scale", [one.confidence for one in judged]),
+            **{"scale": list(names), "other": list(names)},
+            **{"source": ("scale", list(sources)), "confidence": ("scale", list(confidences))},
         },
         attrs={"title": str(ds.attrs.get("title", "")), "left_out": "; ".join(left_out)},
     )
@@ -180,6 +179,5 @@ def _by_ground(ds: xr.Dataset) -> Iterator[_Judged]:
         level = np.where(np.isnan(values[measure]), -1, level).astype(np.int8)
         about = "; ".join(limit.about for limit in own)
         sure = "assumed" if any(limit.confidence == "assumed" for limit in own) else own[0].confidence
-        yield _Judged(
-            f"{measure.replace('_', ' ')}, {author}", f"{author}: {about}", sure, np.broadcast_to(level, shape)
-        )
+        name = f"{measure.replace('_', ' ')}, {author}"
+        yield _Judged(name, f"{author}: {about}", sure, np.broadcast_to(level, shape))

@@ -46,16 +46,10 @@ def simple_category(
     bricks Poisson's ratio; openings, joints and dpc do not count.
     """
     ratio = _own_ratio(scene) if deflection_ratio is None else deflection_ratio
-    nu = scene.block.poisson_ratio
-    strain = beam_strain(
-        ratio,
-        scene.wall.length,
-        scene.wall.height,
-        scene.bending,
-        2 * (1 + nu) if modulus_ratio is None else modulus_ratio,
-        ground_strain=ground_strain,
-        poisson_ratio=nu,
-    )
+    wall, nu = scene.wall, scene.block.poisson_ratio
+    modulus = 2 * (1 + nu) if modulus_ratio is None else modulus_ratio
+    of_ground = {"ground_strain": ground_strain, "poisson_ratio": nu}
+    strain = beam_strain(ratio, wall.length, wall.height, scene.bending, modulus, **of_ground)
     return SimpleVerdict(strain.bending, strain.diagonal, load_strain_table().by_strain(strain.largest))
 
 
@@ -175,18 +169,10 @@ def simple_methods(
     verdict = simple_category(scene, ratio, ground_strain=ground_strain, modulus_ratio=modulus_ratio)
     table = load_strain_table()
     strain = float(max(verdict.bending_strain, verdict.diagonal_strain))
-    rows = [
-        (
-            f"limiting tensile strain ({table.source})",
-            f"category {number}",
-            "tensile_strain",
-            strain,
-            limit,
-            bool(verdict.category >= number),
-            table.confidence,
-        )
-        for number, limit in enumerate(table.limits, start=1)
-    ]
+    method, rows = f"limiting tensile strain ({table.source})", []
+    for number, limit in enumerate(table.limits, start=1):
+        exceeded = bool(verdict.category >= number)
+        rows.append((method, f"category {number}", "tensile_strain", strain, limit, exceeded, table.confidence))
     values = {"deflection_ratio": ratio, "angular_distortion": angular_distortion(scene, ratio)}
     for known in load_movement_limits():
         if known.kind in (None, scene.bending):

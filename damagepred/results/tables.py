@@ -94,10 +94,9 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
 
     in_time = is_dynamic(ds)
     columns = []
-    if in_time:
-        columns.append(Column("time", shown("time", ".3f", 1.0), "s", "time\ns"))
-    elif "time" in ds.variables:
-        columns.append(Column("time", shown("time", ".2f", 1.0), "years", "time\nyears"))
+    if "time" in ds.variables:
+        digits, unit = (".3f", "s") if in_time else (".2f", "years")
+        columns.append(Column("time", shown("time", digits, 1.0), unit, f"time\n{unit}"))
     if "surface_movement" in ds.variables:
         surface = [number(MM * float(v)) for v in ds["surface_movement"].values]
         words = movement_words(ds, "surface_movement")
@@ -105,8 +104,8 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
         columns.append(Column(words, surface, "mm", f"{short}\nmovement\nmm"))
     if "settlement" in ds.variables:
         words = movement_words(ds, "settlement")
-        column = shown("settlement", ".2f")
-        columns.append(Column(words, column, "mm", f"{'heave' if 'heave' in words else 'settlement'}\nmm"))
+        short = "heave" if "heave" in words else "settlement"
+        columns.append(Column(words, shown("settlement", ".2f"), "mm", f"{short}\nmm"))
     elif "load_force" in ds.variables:
         load = ["-" if cell == "nan" else cell for cell in shown("load_force", ".2f", 1e-3)]
         columns.append(Column("load", load, "kN", "load\nkN"))
@@ -172,10 +171,9 @@ def corner_columns(ds: xr.Dataset) -> list[Column]:
     sides = zip(*(ds[f"corner_{side}_wall"].values for side in ("first", "second")))
     places = zip(ds["corner_x"].values, ds["corner_y"].values)
     in_kn = {part: [f"{1e-3 * v:.2f}" for v in ds[f"corner_{part}_force"].values[-1]] for part in ("shear", "footing")}
+    meet = [f"{names[a]}, {names[b]}" for a, b in sides]
     return [
-        Column(
-            "first and second wall", [f"{names[a]}, {names[b]}" for a, b in sides], "", "walls that\nmeet", words=True
-        ),
+        Column("first and second wall", meet, "", "walls that\nmeet", words=True),
         Column("at x, y", [f"{x:.2f}, {y:.2f}" for x, y in places], "m", "at x, y\nm"),
         Column("upward force on the second wall", in_kn["shear"], "kN", "corner\nshear\nkN"),
         Column("upward force on its footing", in_kn["footing"], "kN", "between\nfootings\nkN"),
@@ -212,7 +210,7 @@ def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
         values = [MM * float(v) for v in frame[name]]
         return Column(head, [number(v, 3) for v in values], "mm", short, [f"{v:.2f}" for v in values])
 
-    places = list(zip(frame["crack_x"], frame["crack_y"]))
+    places = [f"{x:.2f}, {y:.2f}" for x, y in zip(frame["crack_x"], frame["crack_y"])]
     walls = [Column("wall", list(frame["crack_wall"]), "", "wall", words=True)] if "crack_wall" in frame else []
     columns = [
         *walls,
@@ -222,13 +220,7 @@ def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
         in_mm("opening and slip", "crack_displacement", "with\nslip"),
         Column("length", [f"{v:.2f}" for v in frame["crack_length"]], "m", "length\nm"),
         Column("how it runs", runs, short="how it\nruns", short_cells=brief, words=True),
-        Column(
-            "widest at x, y",
-            [f"{x:.2f}, {y:.2f}" for x, y in places],
-            "m",
-            "widest\nat m",
-            short_cells=[f"{x:.2f},{y:.2f}" for x, y in places],
-        ),
+        Column("widest at x, y", places, "m", "widest\nat m", short_cells=[place.replace(" ", "") for place in places]),
     ]
     if not in_time:
         drivers = {"load_displacement": "load displacement", "surface_movement": "ground movement"}
@@ -320,16 +312,13 @@ def curve_columns(curves: xr.Dataset) -> list[Column]:
     band = f"{curves.attrs['confidence']:.0%} band"
     every = [curves.isel(category=k) for k in range(curves.sizes["category"])]
 
-    def movement(one: xr.Dataset, name: str) -> str:
-        return shown(float(one[name]))
-
     def shown(value: float) -> str:
         return ratio(value) if units == "1" else number(MM * value if units == "m" else value, 3)
 
     def median(one: xr.Dataset) -> str:
         if np.isfinite(bound := median_lower_bound(one)):
             return f"> {shown(bound)}"
-        value, low, high = (movement(one, f"median{end}") for end in ("", "_lower", "_upper"))
+        value, low, high = (shown(float(one[f"median{end}"])) for end in ("", "_lower", "_upper"))
         return with_band(value, low, high, "\n")
 
     labels = [f"{int(one['category'])} {named(str(one['category_name'].item()))}" for one in every]
@@ -347,8 +336,8 @@ def curve_columns(curves: xr.Dataset) -> list[Column]:
         Column("fit", status, short="fit", words=True),
     ]
     if curves.attrs.get("samples_failed"):
-        ends = [[movement(one, f"median_failed_{end}") for end in ("undamaged", "damaged")] for one in every]
-        bounds = ["\nor ".join(pair) for pair in ends]
+        ends = ("median_failed_undamaged", "median_failed_damaged")
+        bounds = ["\nor ".join(shown(float(one[end])) for end in ends) for one in every]
         name = "median if all failed walls were undamaged, or damaged"
         columns.append(Column(name, bounds, unit, f"{head} if all\nfailed walls were\nundamaged, or damaged"))
     return columns
@@ -369,9 +358,8 @@ def curve_notes(curves: xr.Dataset) -> list[str]:
             f"{failed} failed walls count in the curves as far as they were followed, which is right if walls do not "
             "fail because they are weak or strong."
         )
-    for category, note, fit, distance in zip(
-        *(curves[name].values for name in ("category", "fit_note", "p_value", "distance"))
-    ):
+    columns = (curves[name].values for name in ("category", "fit_note", "p_value", "distance"))
+    for category, note, fit, distance in zip(*columns):
         if fit < DOUBTFUL:
             said.append(
                 f"The curve of category {category} is doubtful: of walls that follow such a curve, a "
@@ -402,17 +390,12 @@ def curve_notes(curves: xr.Dataset) -> list[str]:
 def sensitivity_columns(indices: xr.Dataset) -> list[Column]:
     """Dependence of damage on each input, one row per input."""
     inputs = [str(v) for v in indices["variable"].values]
-    kinds = {"spearman": "rank correlation", "partial": "partial", "first_order": "share of variance"}
-    return [Column("input", inputs, short="input", words=True), *_intervals(indices, "variable", kinds)]
-
-
-def _intervals(indices: xr.Dataset, dim: str, heads: Mapping[str, str]) -> list[Column]:
-    """Return a column of values with their intervals for each variable."""
+    columns = [Column("input", inputs, short="input", words=True)]
     level = f"({indices.attrs['confidence']:.0%} interval)"
-    return [
-        Column(head, [banded(indices.sel({dim: v}), name) for v in indices[dim].values], short=f"{head}\n{level}")
-        for name, head in heads.items()
-    ]
+    for name, head in (("spearman", "rank correlation"), ("partial", "partial"), ("first_order", "share of variance")):
+        cells = [banded(indices.sel(variable=v), name) for v in inputs]
+        columns.append(Column(head, cells, short=f"{head}\n{level}"))
+    return columns
 
 
 YEARS = (1, 2, 5, 10, 20, 30, 50, 100)

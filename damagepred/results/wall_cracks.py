@@ -149,11 +149,9 @@ class WallCracks:
         self.states = [self._step(i) for i in range(ds.sizes["increment"])]
 
     def _step(self, increment: int) -> list[Numbered]:
-        at = {name: self.ds[f"contact_{name}"].values[increment] for name in ("opening", "slip", "state")}
-        cracked = at["state"] == ContactState.CRACKED
-        return self.growth.step(
-            increment, at["opening"], at["slip"], cracked, self._links(increment, at["opening"], at["slip"], cracked)
-        )
+        opening, slip, state = (self.ds[f"contact_{name}"].values[increment] for name in ("opening", "slip", "state"))
+        cracked = state == ContactState.CRACKED
+        return self.growth.step(increment, opening, slip, cracked, self._links(increment, opening, slip, cracked))
 
     def _links(self, increment: int, opening: Any, slip: Any, cracked: Any) -> Links | None:
         if "zone_state" not in self.ds:
@@ -204,10 +202,8 @@ class WallCracks:
             "merged_into": np.array([self.growth.merged.get(n, 0) for n in first], dtype=np.int64),
         }
         for name in self._movements:
-            values |= {
-                name: self.ds[name].values,
-                f"first_{name}": self.ds[name].values[np.array(began, dtype=np.int64)],
-            }
+            moved = self.ds[name].values
+            values |= {name: moved, f"first_{name}": moved[np.array(began, dtype=np.int64)]}
         return dataset(values, self._attributes(), extra=CRACK_VARIABLES)
 
     @property
