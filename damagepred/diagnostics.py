@@ -27,6 +27,10 @@ def _of(default: float, *description: Any, **more: Any) -> Any:
     return field(default=default, metadata={"diagnostic": Diagnostic(*description, **more)})
 
 
+def _count(meaning: str, label: str) -> Any:
+    return _of(0, "1", meaning, label)
+
+
 def _energy(meaning: str, label: str = "", **more: Any) -> Any:
     return _of(NAN, "J", meaning, label, **more)
 
@@ -39,18 +43,12 @@ class Residuals:
     """Residuals of the solution; on the screen their largest values along the path."""
 
     unbalanced_force_ratio: float = _of(
-        NAN,
-        "1",
-        "largest unbalanced force over the mean weight of a block",
-        "largest unbalanced force",
-        "mean block weights",
+        *(NAN, "1", "largest unbalanced force over the mean weight of a block"),
+        *("largest unbalanced force", "mean block weights"),
     )
     joint_law_violation: float = _of(
-        NAN,
-        "Pa",
-        "largest stress by which a joint exceeds its law, of the quasi-static solver",
-        "stress by which a joint exceeds its law",
-        "Pa",
+        *(NAN, "Pa", "largest stress by which a joint exceeds its law, of the quasi-static solver"),
+        *("stress by which a joint exceeds its law", "Pa"),
     )
 
 
@@ -58,24 +56,18 @@ class Residuals:
 class Counters:
     """Work spent on the increment; on the screen its sum along the path."""
 
-    events: int = _of(
-        0,
-        "1",
-        "times at which bonds broke in the increment, counted by the quasi-static solver",
-        "times at which bonds broke",
+    events: int = _count(
+        "times at which bonds broke in the increment, counted by the quasi-static solver", "times at which bonds broke"
     )
-    newton_iterations: int = _of(
-        0, "1", "Newton iterations of the quasi-static solver spent on the increment", "Newton iterations"
+    newton_iterations: int = _count(
+        "Newton iterations of the quasi-static solver spent on the increment", "Newton iterations"
     )
-    factorisations: int = _of(0, "1", "factorisations of the stiffness by the quasi-static solver", "factorisations")
-    corrections: int = _of(
-        0, "1", "solutions by Woodbury correction of a factorisation, of the quasi-static solver", "corrected solutions"
+    factorisations: int = _count("factorisations of the stiffness by the quasi-static solver", "factorisations")
+    corrections: int = _count(
+        "solutions by Woodbury correction of a factorisation, of the quasi-static solver", "corrected solutions"
     )
-    cycles: int = _of(
-        0,
-        "1",
-        "cycles of the explicit solver, or time steps of a dynamic run, spent on the increment",
-        "cycles or time steps",
+    cycles: int = _count(
+        "cycles of the explicit solver, or time steps of a dynamic run, spent on the increment", "cycles or time steps"
     )
 
     def since(self, before: Counters) -> Counters:

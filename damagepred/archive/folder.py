@@ -112,9 +112,8 @@ class StudyFolder:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise StudyError(
-                f"{folder}: the folder cannot be made: {error.strerror}; choose another place with -o."
-            ) from error
+            why = f"the folder cannot be made: {error.strerror}; choose another place with -o."
+            raise StudyError(f"{folder}: {why}") from error
 
     def require(self) -> None:
         """Check that this is a study folder of a known schema, with an unedited frozen study."""
@@ -273,15 +272,9 @@ class StudyFolder:
 
     def record_failure(self, sample: int, reason: str, message: str, inputs: Mapping[str, float]) -> None:
         """Write the record of a failed sample: reason (a ``FailureKind``), full message, sampled inputs."""
-        record = {
-            "sample": sample,
-            "reason": reason,
-            "message": message,
-            "inputs": dict(inputs),
-            "replay": f"damagepred replay {self.path.name} {sample}",
-            "schema_version": SCHEMA_VERSION,
-            **provenance(),
-        }
+        record = {"sample": sample, "reason": reason, "message": message, "inputs": dict(inputs)}
+        record |= {"replay": f"damagepred replay {self.path.name} {sample}", "schema_version": SCHEMA_VERSION}
+        record |= provenance()
         write_text(self.failure_file(sample), signed_json(record, self.study_hash))
 
     def forget_failures(self, samples: set[int]) -> None:
@@ -329,13 +322,10 @@ class StudyFolder:
         samples = self.manifest()["samples"]
         wanted = None if names is None else {"status", *names}
         design = self.design()
-        if samples > design.sizes["sample"]:
-            raise DamagedError(
-                f"{self.design_file}: has {design.sizes['sample']} samples, and the manifest says {samples}. "
-                + self._restores
-            )
-        pieces = _Pieces(design.sizes["sample"])
-        done: set[int] = set()
+        if samples > (count := design.sizes["sample"]):
+            differ = f"has {count} samples, and the manifest says {samples}"
+            raise DamagedError(f"{self.design_file}: {differ}. {self._restores}")
+        pieces, done = _Pieces(count), set[int]()
         left_out: dict[Path, str] = {}
         if derived and os.path.lexists(self.results_file):
             try:

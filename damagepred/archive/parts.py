@@ -55,13 +55,11 @@ def study_dims(name: str) -> tuple[str, ...]:
 
 def joined(rows: list[Columns]) -> Columns:
     """Rows of several samples with the same variables, as one part."""
-    first = rows[0]
-    return {
-        name: column._replace(values=np.concatenate([row[name].values for row in rows]))
-        if "sample" in column.dims
-        else column
-        for name, column in first.items()
-    }
+    part = dict(rows[0])
+    for name, column in part.items():
+        if "sample" in column.dims:
+            part[name] = column._replace(values=np.concatenate([row[name].values for row in rows]))
+    return part
 
 
 def alike(first: Columns, second: Columns) -> bool:

@@ -41,16 +41,11 @@ def _split_cycles(ds: xr.Dataset) -> xr.Dataset:
         quasi_static = xr.DataArray("events" in ds)
     spent = ds["cycles"]
     unknown_or_0 = np.minimum(spent, 0)
-    split = {
-        "newton_iterations": xr.where(quasi_static, spent, unknown_or_0),
-        "cycles": xr.where(quasi_static, unknown_or_0, spent),
-    }
-    return ds.assign(
-        {
-            name: (spent.dims, values.transpose(*spent.dims).values, {**spent.attrs, **VARIABLES[name].attributes()})
-            for name, values in split.items()
-        }
-    )
+    split = {}
+    for name, parts in (("newton_iterations", (spent, unknown_or_0)), ("cycles", (unknown_or_0, spent))):
+        values = xr.where(quasi_static, *parts).transpose(*spent.dims).values
+        split[name] = (spent.dims, values, {**spent.attrs, **VARIABLES[name].attributes()})
+    return ds.assign(split)
 
 
 def _without_empty_dimensions(ds: xr.Dataset) -> xr.Dataset:
@@ -60,11 +55,6 @@ def _without_empty_dimensions(ds: xr.Dataset) -> xr.Dataset:
         if "flag_values" in variable.attrs:
             variable.attrs["valid_range"] = np.asarray(variable.attrs["flag_values"])[[0, -1]]
     return with_shared_movement(ds)
-
-
-def _worst_width_named_as_others(ds: xr.Dataset) -> xr.Dataset:
-    """Largest crack width to date under its present name."""
-    return ds.rename(worst_crack_width="crack_width_worst") if "worst_crack_width" in ds else ds
 
 
 def from_1(key: str) -> str:
@@ -115,7 +105,7 @@ MIGRATIONS: dict[int, Migration] = {
     **dict.fromkeys((1, 2, 3), lambda ds: ds),
     4: _split_cycles,
     5: _without_empty_dimensions,
-    6: _worst_width_named_as_others,
+    6: lambda ds: ds.rename(worst_crack_width="crack_width_worst") if "worst_crack_width" in ds else ds,
     7: lambda ds: _with_older_defaults(7, _counted_from_1(ds)),
     8: lambda ds: _with_older_defaults(8, ds),
 }
@@ -127,9 +117,8 @@ def brought_up_to_date(version: int, source: str, ds: xr.Dataset | None = None) 
     if version < 1:
         raise InputError(f"{source}: has schema version {version}; it is not one of damagepred.")
     if version > SCHEMA_VERSION:
-        raise NewerError(
-            f"{source}: has schema version {version}, this damagepred reads up to {SCHEMA_VERSION}; update it."
-        )
+        known = f"this damagepred reads up to {SCHEMA_VERSION}"
+        raise NewerError(f"{source}: has schema version {version}, {known}; update it.")
     ds = xr.Dataset() if ds is None else ds
     for number in range(version, SCHEMA_VERSION):
         ds = MIGRATIONS[number](ds)

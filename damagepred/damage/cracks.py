@@ -31,11 +31,7 @@ NO_CRACKS = Cracks(np.empty(0), np.empty(0), np.empty(0), np.empty(0, np.int64),
 
 
 def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked: BoolArray) -> Cracks:
-    """Cracks of the wall proper, from opening, slip (m) and broken bonds at the contacts (m, q).
-
-    Two joints belong to one crack if they touch at a corner and each has opened or slid by more than a hairline, so
-    a stepped crack is one crack, and two cracks with sound masonry between them are two.
-    """
+    """Cracks of the wall proper: joints beyond a hairline that touch; from opening, slip (m), broken bonds (m, q)."""
     opening = joints.widest(opening)
     beyond = (cracked & (opening > HAIRLINE)) | (slip > HAIRLINE) | (slip < -HAIRLINE)
     chosen = np.zeros(len(joints.kind), dtype=np.bool_)
@@ -62,11 +58,7 @@ def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked
 
 
 def psi(cracks: Cracks) -> float:
-    """Damage parameter Psi = 2 n^0.15 c^0.3 of n cracks (Korswagen 2024), 0 without a crack.
-
-    c (mm) is the mean displacement c_i weighted by displacement and length: sum(c_i^2 L_i) / sum(c_i L_i). One
-    crack of 0.1 mm, the first visible, has Psi = 1; the grades above begin at 1.5, 2.5 and 3.5.
-    """
+    """Damage parameter Psi = 2 n^0.15 c^0.3 of n cracks (Korswagen 2024), c = sum(c_i^2 L_i) / sum(c_i L_i) in mm."""
     weight = cracks.displacement * cracks.length
     if not weight.any():
         return 0.0
@@ -87,25 +79,19 @@ def _connected(joints: JointMap, chosen: BoolArray, number: IntArray) -> tuple[i
 
 
 def group_widths(cracks: Cracks, distance: float, counts: Sequence[int]) -> tuple[float, ...]:
-    """Width of the narrowest crack in the widest group of each count of cracks (m), 0 without such a group.
-
-    Cracks of a group lie within a distance (m) of one of them. A group of that many cracks of at least some width
-    exists if, and only if, this width is as large: the rule of any damage table becomes a comparison.
-    """
+    """Width of the narrowest crack in the widest group of each count of cracks within a distance (m), otherwise 0."""
+    # a group of cracks of at least some width exists if, and only if, this width is as large
     total = len(cracks.width)
     if total < min(counts):
         return (0.0,) * len(counts)
     order = np.argsort(-cracks.width, kind="stable")
     width = cracks.width[order]
-    within = np.cumsum(_near(cracks.x[order], cracks.y[order], distance), axis=1)  # around each crack, widest first
+    position = np.column_stack((cracks.x, cracks.y))[order]
+    near = scipy.spatial.distance.cdist(position, position) <= distance * (1 + 1e-12)
+    within = np.cumsum(near, axis=1)  # around each crack, widest first
     widths = []
     for count in counts:
         enough = within >= count
         last = enough.argmax(axis=1)
         widths.append(float(np.where(enough[:, -1], np.minimum(width, width[last]), 0.0).max()))
     return tuple(widths)
-
-
-def _near(x: FloatArray, y: FloatArray, distance: float) -> BoolArray:
-    position = np.column_stack((x, y))
-    return np.asarray(scipy.spatial.distance.cdist(position, position) <= distance * (1 + 1e-12))

@@ -73,25 +73,14 @@ class SightLines(NamedTuple):
     ) -> SightLines:
         """Pairs by centroids (m) and courses; blocks without a course (-1), as the footing's, are left out."""
         gauge = deviation_limits().gauge if gauge is None else gauge
-        in_courses = np.flatnonzero(course >= 0)
-        courses = [
-            row[np.argsort(x[row])]
-            for row in (in_courses[course[in_courses] == c] for c in np.unique(course[in_courses]))
-        ]
+        numbers = np.unique(course[course >= 0])
+        courses = [row[np.argsort(x[row])] for row in (np.flatnonzero(course == number) for number in numbers)]
         along = [_along(x, row, gauge) for row in courses]
-        proper = [row for row in courses if y[row].mean() > dpc_level]
-        up = _upward(x, y, proper, gauge)
-        first, second = (np.concatenate([pair[i] for pair in along] or [np.empty(0, np.int64)]) for i in (0, 1))
-        return cls(
-            first,
-            second,
-            x[second] - x[first],
-            y[first] > dpc_level,
-            course[first] == (course[in_courses].min() if in_courses.size else 0),
-            up[0],
-            up[1],
-            y[up[1]] - y[up[0]],
-        )
+        lower, upper = _upward(x, y, [row for row in courses if y[row].mean() > dpc_level], gauge)
+        left, right = (np.concatenate([pair[i] for pair in along] or [np.empty(0, np.int64)]) for i in (0, 1))
+        in_base = course[left] == (numbers[0] if numbers.size else 0)
+        lines = (left, right, x[right] - x[left], y[left] > dpc_level, in_base)
+        return cls(*lines, lower, upper, y[upper] - y[lower])
 
     def deviation(self, displacement: FloatArray) -> Deviation:
         """Largest slopes in one or several states, from x, y of the centroids (..., n, 2 or 3) (m)."""
@@ -202,11 +191,10 @@ class StickingLimits(NamedTuple):
     def level(self, distortion: FloatArray, width_change: FloatArray, diagonal_change: FloatArray) -> Int8Array:
         """Level of openings, element by element: the highest of the three measures; -1 where unknown."""
         measured = (distortion, -np.asarray(width_change), -np.asarray(diagonal_change))
-        levels = [
-            level_of(value, limits) for limits, value in zip((self.angle, self.narrowing, self.diagonal), measured)
-        ]
-        unknown = np.minimum.reduce(levels) < 0
-        return np.where(unknown, -1, np.maximum.reduce(levels)).astype(np.int8)
+        levels = np.array(
+            [level_of(v, limit) for limit, v in zip((self.angle, self.narrowing, self.diagonal), measured)]
+        )
+        return np.where((levels < 0).any(axis=0), -1, levels.max(axis=0)).astype(np.int8)
 
 
 @lru_cache(maxsize=1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -78,13 +78,7 @@ class JointMap:
 
     @classmethod
     def from_contacts(
-        cls,
-        x: FloatArray,
-        y: FloatArray,
-        length: FloatArray,
-        normal: FloatArray,
-        kind: Int8Array,
-        blocks: IntArray | None = None,
+        cls, x: FloatArray, y: FloatArray, length: FloatArray, normal: FloatArray, kind: Int8Array, blocks: Any = None
     ) -> JointMap:
         """Map from position and tributary length (m) of the contacts, unit normals, kinds and blocks."""
         whole = length.sum(axis=1)
@@ -239,14 +233,11 @@ class JointMap:
         for axis, values in enumerate(points.T):
             order = np.argsort(values, kind="stable")
             level[order, axis] = np.concatenate(([0], np.cumsum(np.diff(values[order]) > apart)))
-        _, number = np.unique(level, axis=0, return_inverse=True)
-        return self._parted(number.reshape(2, -1).T)
-
-    def _parted(self, number: IntArray) -> IntArray:
-        """Corner numbers with separate numbers on the two sides of a control joint."""
+        number = np.unique(level, axis=0, return_inverse=True)[1].reshape(2, -1).T
         gap = self.kind == ContactKind.CONTROL_JOINT
         if not gap.any():
             return number
+        # the two sides of a control joint have numbers of their own
         ends = np.stack((self.start[:, 0], self.end[:, 0]), axis=1)
         on_right = ends.mean(axis=1, keepdims=True) > ends + 1e-9
         moved = np.isin(number, number[gap]) & on_right & ~gap[:, None]

@@ -84,10 +84,7 @@ class Rules(NamedTuple):
 def judge(
     joints: JointMap, opening: FloatArray, slip: FloatArray, cracked: BoolArray, rules: Rules, distortion: float = 0.0
 ) -> Verdict:
-    """Verdict on one state of a wall, from opening, slip (m) and broken bonds at the contacts (m, q).
-
-    ``distortion``: largest of the openings, for own states.
-    """
+    """Verdict on one state of a wall, from opening, slip (m) and broken bonds at the contacts (m, q)."""
     cracks = find_cracks(joints, opening, slip, cracked)
     groups = group_widths(cracks, rules.group_distance, (*GROUP_COUNTS, rules.group_count))
     widest = cracks.width[0] if len(cracks.width) else 0.0

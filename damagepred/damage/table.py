@@ -105,11 +105,8 @@ class DamageTable:
     @property
     def draws_widths(self) -> bool:
         """Whether widths alone have limits, which drawings show: of all tables, and of own states by one width."""
-        return not self.measures or (
-            len(self.measures) == 1
-            and self.measures[0][0] in ("width", "band")
-            and all(a < b < np.inf for a, b in zip((0.0, *self.limits), self.limits))
-        )
+        rising = all(a < b < np.inf for a, b in zip((0.0, *self.limits), self.limits))
+        return not self.measures or ([name for name, _ in self.measures] in (["width"], ["band"]) and rising)
 
     def quantities(self, stored: Mapping[str, Any]) -> dict[str, FloatArray]:
         """Values of each measure of own states, from values under the names of archive variables."""
@@ -182,10 +179,7 @@ def own_table(states: Sequence[Mapping[str, Any]], function: str | None = None) 
         limits = [np.inf if (limit := state.get(measure)) is None else float(limit) for state in states[1:]]
         if np.isfinite(limits).any():  # a state is reached where a higher one is
             measures.append((measure, tuple(np.minimum.accumulate(limits[::-1])[::-1].tolist())))
-    said = [
-        " or ".join(f"{m} {state[m]:g}" for m in OWN_MEASURES if state.get(m) is not None) or "below"
-        for state in states
-    ]
+    said = (" or ".join(f"{m} {s[m]:g}" for m in OWN_MEASURES if s.get(m) is not None) or "below" for s in states)
     own = "; ".join(f"{state['name']} ({limits})" for state, limits in zip(states, said))
     widths = dict(measures).get("width") or dict(measures).get("band") or (np.inf,) * (len(states) - 1)
     return DamageTable(
@@ -226,10 +220,8 @@ def load_table(name: str, *, plasterboard: bool = False) -> DamageTable:
     (0.0001, 0.001, 0.005, 0.015)
     """
     if name not in TABLES:
-        raise InputError(
-            f"table = {name!r}: take {' or '.join(TABLES)}, or a file (*.toml) written like theirs."
-            + nearest(name, TABLES)
-        )
+        allowed = f"take {' or '.join(TABLES)}, or a file (*.toml) written like theirs."
+        raise InputError(f"table = {name!r}: {allowed}{nearest(name, TABLES)}")
     table = read_table(data_file("damage", f"{name}.toml"))
     return table.with_plasterboard() if plasterboard else table
 

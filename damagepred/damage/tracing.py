@@ -122,10 +122,8 @@ def links_of(
     gridpoint, owner = failed.ravel()[order], order // 3
     same = np.flatnonzero(gridpoint[1:] == gridpoint[:-1])
     first, second = owner[same], owner[same + 1]
-    ends, positions = (
-        [np.column_stack((number[first], number[second]))],
-        [np.stack((middle[first], middle[second]), axis=1)],
-    )
+    ends = [np.column_stack((number[first], number[second]))]
+    positions = [np.stack((middle[first], middle[second]), axis=1)]
     # zones that a cracked piece touches: with its ends or its middle
     piece_ends = pieces.place[cracked]
     for point in (piece_ends[:, 0], piece_ends[:, 1], piece_ends.mean(axis=1)):
@@ -178,13 +176,16 @@ def _crack(
     displacement = np.where(joint, np.hypot(np.maximum(opening[contact], 0.0), slip[contact]), np.inf)
     cost = step / np.where(joint, displacement, displacement.min())
     path, forward = _longest_course(ends, step, cost)
-    corners = np.array(
-        [place[path[0], 0 if forward[0] else 1], *(place[e, 1 if f else 0] for e, f in zip(path, forward))]
-    )
+    corners = np.vstack((place[path[0], 1 - forward[0].astype(int)], place[path, forward.astype(int)]))
     straight = _straight_part(corners, displacement[path], pieces.longest_branch)
     path, forward, corners = path[straight], forward[straight], corners[straight.start : straight.stop + 1]
     leaving = [edges for edges in _leaving(ends, path) if joint[edges].any()]
-    others = [edges for edges in leaving if _joint_length(ends, step, cost, joint, edges) > pieces.longest_branch]
+
+    def joint_length(edges: IntArray) -> float:  # on the longest path of some edges
+        path = edges[_longest_course(ends[edges], step[edges], cost[edges])[0]]
+        return float(step[path][joint[path]].sum())
+
+    others = [edges for edges in leaving if joint_length(edges) > pieces.longest_branch]
     kept = joint.copy()
     kept[[edge for edges in others for edge in edges]] = False
     if not kept.any():  # a path through bricks alone has no joint, hence no width
@@ -225,11 +226,8 @@ def _mean_line(place: FloatArray, step: FloatArray) -> tuple[FloatArray, FloatAr
     middle = weight @ place.mean(axis=1)
     arms = place - middle
     # second moment of a straight edge about the middle, by Simpson's rule
-    half = arms.mean(axis=1)
-    spread = sum(
-        np.einsum("e,ei,ej->ij", w, a, a)
-        for w, a in ((weight / 6, arms[:, 0]), (weight / 6, arms[:, 1]), (weight * 4 / 6, half))
-    )
+    parts = ((weight / 6, arms[:, 0]), (weight / 6, arms[:, 1]), (weight * 4 / 6, arms.mean(axis=1)))
+    spread = sum(np.einsum("e,ei,ej->ij", w, a, a) for w, a in parts)
     values, vectors = np.linalg.eigh(np.asarray(spread))
     direction = vectors[:, int(np.argmax(values))]
     if direction[0] < -1e-9 or (abs(direction[0]) <= 1e-9 and direction[1] < 0):
@@ -276,12 +274,6 @@ def _straight_part(corners: FloatArray, width: FloatArray, least: float) -> slic
         if across.max() <= max(least, 0.25 * chord):
             return slice(start, stop)
         start, stop = (bend, stop) if widest >= bend else (start, bend)
-
-
-def _joint_length(ends: IntArray, step: FloatArray, cost: FloatArray, joint: BoolArray, edges: IntArray) -> float:
-    """Length of joints on the longest path of some edges."""
-    path = edges[_longest_course(ends[edges], step[edges], cost[edges])[0]]
-    return float(step[path][joint[path]].sum())
 
 
 def _which_side(

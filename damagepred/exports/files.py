@@ -104,13 +104,14 @@ def export_curves(
     path = export_place(kind, beside)
     check_output(path, path.suffix)
     if kind == "pelicun":
-        frame = pelicun_frame(curves, categories=categories, extrapolated=extrapolated)
-        options = path.with_suffix(".json")
+        frame, options = (
+            pelicun_frame(curves, categories=categories, extrapolated=extrapolated),
+            path.with_suffix(".json"),
+        )
         config = json.dumps(pelicun_config(curves), indent=2) + "\n"
         write_csv(frame, path)
         write_text(options, config)
         return [path, options]
     form: Literal["continuous", "discrete"] = "discrete" if kind.endswith("discrete") else "continuous"
-    xml = openquake_xml(curves, form, categories=categories, extrapolated=extrapolated)
-    write_text(path, xml)
+    write_text(path, openquake_xml(curves, form, categories=categories, extrapolated=extrapolated))
     return [path]

@@ -101,10 +101,11 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     ):
         if name in parts or (name in ds.variables and ds[name].dims == ("sample", "increment")):
             values = parts[name].values if name in parts else ds[name].values
-            lowest = -1 if values.dtype.kind in "iu" else -np.inf
-            worst = np.where(np.isfinite(values), values, lowest).max(axis=1, initial=lowest)
-            column = name if values.dtype.kind in "iu" else f"{name.removesuffix('_max')}_max"
-            frame[column] = worst if values.dtype.kind in "iu" else np.where(np.isneginf(worst), np.nan, worst)
+            if values.dtype.kind in "iu":
+                frame[name] = values.max(axis=1, initial=-1)
+            else:
+                worst = np.where(np.isfinite(values), values, -np.inf).max(axis=1, initial=-np.inf)
+                frame[f"{name.removesuffix('_max')}_max"] = np.where(np.isneginf(worst), np.nan, worst)
     return frame
 
 

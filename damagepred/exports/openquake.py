@@ -78,9 +78,8 @@ def openquake_xml(
     states = limit_states(curves, categories, extrapolated)
     require_order(states, "OpenQuake")
     root = Tree.Element("nrml", {"xmlns": NAMESPACE})
-    model = Tree.SubElement(
-        root, "fragilityModel", {"id": identifier, "assetCategory": "buildings", "lossCategory": "structural"}
-    )
+    attributes = {"id": identifier, "assetCategory": "buildings", "lossCategory": "structural"}
+    model = Tree.SubElement(root, "fragilityModel", attributes)
     Tree.SubElement(model, "description").text = _description(states)
     Tree.SubElement(model, "limitStates").text = " ".join(states.name)
     function = Tree.SubElement(model, "fragilityFunction", {"id": identifier, "format": form})
@@ -91,10 +90,8 @@ def openquake_xml(
 
 def _continuous(function: Tree.Element, states: LimitStates) -> None:
     function.set("shape", "logncdf")
-    low, high = _range(states)
-    Tree.SubElement(
-        function, "imls", {"imt": INTENSITY, "noDamageLimit": _text(low), "minIML": _text(low), "maxIML": _text(high)}
-    )
+    low, high = map(_text, _range(states))
+    Tree.SubElement(function, "imls", {"imt": INTENSITY, "noDamageLimit": low, "minIML": low, "maxIML": high})
     variance = states.dispersion**2
     mean = _factor(states) * states.median * np.exp(variance / 2)
     for name, m, spread in zip(states.name, mean, mean * np.sqrt(np.expm1(variance))):
@@ -112,8 +109,7 @@ def _discrete(function: Tree.Element, states: LimitStates) -> None:
 
 def _range(states: LimitStates) -> tuple[float, float]:
     """Smallest and largest exported level."""
-    below = states.median * np.exp(states.dispersion * special.ndtri(NOTHING))
-    beyond = states.median * np.exp(states.dispersion * special.ndtri(ALL))
+    below, beyond = (states.median * np.exp(states.dispersion * special.ndtri(p)) for p in (NOTHING, ALL))
     return _factor(states) * float(below.min()), _factor(states) * float(beyond.max())
 
 

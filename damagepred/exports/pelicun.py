@@ -80,19 +80,11 @@ def pelicun_frame(
     states = limit_states(curves, categories, extrapolated)
     require_order(states, "pelicun")
     demand = _demand(states.measure)
-    row: dict[str, Any] = {
-        "Incomplete": 0,
-        "Demand-Type": states.words.title(),
-        "Demand-Unit": demand.unit,
-        "Demand-Offset": 0,
-        "Demand-Directional": 1,
-    }
+    row: dict[str, Any] = {"Incomplete": 0, "Demand-Type": states.words.title(), "Demand-Unit": demand.unit}
+    row |= {"Demand-Offset": 0, "Demand-Directional": 1}
     for number, (median, dispersion) in enumerate(zip(states.median, states.dispersion), start=1):
-        row |= {
-            f"LS{number}-Family": "lognormal",
-            f"LS{number}-Theta_0": float(median),
-            f"LS{number}-Theta_1": float(dispersion),
-        }
+        row[f"LS{number}-Family"] = "lognormal"
+        row |= {f"LS{number}-Theta_0": float(median), f"LS{number}-Theta_1": float(dispersion)}
     return pd.DataFrame([row], index=pd.Index([component], name="ID"))
 
 

@@ -67,22 +67,19 @@ def limit_states(
         fitted[k] = False
     if not fitted.all():
         reasons = "; ".join(f"category {c}: {s}" for c, s, f in zip(wanted, why, fitted) if not f)
-        others = [c for c, f in zip(wanted, fitted) if f]
-        advice = (
-            f"Export the others alone (--categories {_listed(others)})."
-            if others
-            else "Sample more walls, or a larger movement."
-        )
+        others, advice = [c for c, f in zip(wanted, fitted) if f], "Sample more walls, or a larger movement."
+        if others:
+            advice = f"Export the others alone (--categories {_listed(others)})."
         raise InputError(f"these categories have no curve to export: {reasons}. {advice}")
-    intensity = chosen["intensity"]
+    intensity, measure = chosen["intensity"], str(curves.attrs.get("intensity_measure", "intensity"))
     names = chosen["category_name"].values if "category_name" in chosen.variables else [f"category_{c}" for c in wanted]
     return LimitStates(
         category=tuple(wanted),
         name=tuple(str(n).replace(" ", "_") for n in names),
         median=form.median,
         dispersion=form.dispersion,
-        measure=str(curves.attrs.get("intensity_measure", "intensity")),
-        words=movement_words(curves, str(curves.attrs.get("intensity_measure", "intensity"))),
+        measure=measure,
+        words=movement_words(curves, measure),
         units=str(intensity.attrs.get("units", "1")),
         largest=float(intensity.values.max()),
         title=str(curves.attrs.get("title", "fragility curves")),

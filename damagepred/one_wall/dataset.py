@@ -54,10 +54,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     elif model.jacks is not None:
         values["jack_load"] = _jack_loads(steps)
     if motions:
-        values["time"], values["searches"] = (
-            np.array([m.time for m in motions]),
-            np.array([m.searches for m in motions]),
-        )
+        values |= {name: np.array([getattr(m, name) for m in motions]) for name in ("time", "searches")}
         values["base_displacement_x"], values["base_displacement_y"] = np.array([m.base for m in motions]).T
     if model.mesh is not None:
         values |= _zone_counts(steps)
@@ -92,15 +89,9 @@ def history_values(history: History, count: int) -> dict[str, FloatArray | IntAr
 
 def _diagnostics(steps: list[Step], in_time: bool) -> dict[str, FloatArray]:
     """Solver diagnostics of each increment; those of dynamic runs in dynamic runs only."""
-    increments = [s.increment for s in steps]
-    sources: dict[type, list[Any]] = {
-        Residuals: [i.residuals for i in increments],
-        Counters: [i.counters for i in increments],
-        Energies: [i.energy for i in increments],
-    }
     return {
-        name: np.array([getattr(record, name) for record in records])
-        for kind, records in sources.items()
+        name: np.array([getattr(getattr(s.increment, of), name) for s in steps])
+        for kind, of in ((Residuals, "residuals"), (Counters, "counters"), (Energies, "energy"))
         for name, diagnostic in described(kind).items()
         if in_time or not diagnostic.in_time
     }
@@ -170,11 +161,8 @@ def ending_attributes(model: Model, last: Step) -> dict[str, object]:
         return {"limit": "loads", "status_message": "the load has fallen to nothing"}
     deflection = abs(last.increment.footing.deflection)
     carrier = "the jacks carry" if ended == "jacks" else "an outer support carries"
-    return {
-        "limit": ended,
-        "limit_deflection": deflection,
-        "status_message": f"{carrier} nothing any more at a deflection of {1e3 * deflection:.3g} mm",
-    }
+    message = f"{carrier} nothing any more at a deflection of {1e3 * deflection:.3g} mm"
+    return {"limit": ended, "limit_deflection": deflection, "status_message": message}
 
 
 def _zone_counts(steps: list[Step]) -> dict[str, NDArray]:
@@ -237,17 +225,11 @@ def collect(
 ) -> xr.Dataset:
     """Dataset of a path: blocks, contacts, increments and attributes."""
     blocks, face, joints = model.blocks, model.interfaces, gauges(model).joints
-    per_joint = face.contact_area.shape[1]
-    openings = len(model.jambs.block)
-    rules = Rules.from_settings(**asdict(damage))
-
-    zoning: dict[str, object] = {}
-    if model.mesh is not None:
-        zoning = {"deformable_blocks": len(model.mesh.block), "zones": len(model.mesh.zones), "plane": model.plane}
+    openings, rules = len(model.jambs.block), Rules.from_settings(**asdict(damage))
 
     def at_contacts(name: str) -> NDArray:
         values = np.asarray(contacts[name])
-        return np.repeat(values, per_joint) if values.ndim == 1 else values.ravel()
+        return np.repeat(values, face.contact_area.shape[1]) if values.ndim == 1 else values.ravel()
 
     def along_path(name: str) -> NDArray:
         return stacked(steps, name).reshape(len(steps), -1)
@@ -280,23 +262,14 @@ def collect(
         **_footing_values(model, steps),
         **(_zone_values(model, steps) if store_zones else {}),
     }
-    ds = dataset(
-        values,
-        {
-            **attributes,
-            **provenance(),
-            "solver_options": SolverOptions.of(settings).to_json(),
-            "damage_table": rules.table.name,
-            "damage_measure": rules.measure,
-            "count_footing_gap": rules.count_footing_gap,
-            "apex_limited_joints": model.apex_limited,
-            "snap_back_limited_joints": model.snap_back_limited,
-            "span": model.span,
-            "thickness": model.thickness,
-            "mean_block_weight": model.mean_block_weight,
-            **zoning,
-        },
-    )
+    whole: dict[str, object] = {**attributes, **provenance(), "solver_options": SolverOptions.of(settings).to_json()}
+    whole |= {"damage_table": rules.table.name, "damage_measure": rules.measure}
+    whole |= {"count_footing_gap": rules.count_footing_gap, "apex_limited_joints": model.apex_limited}
+    whole["snap_back_limited_joints"] = model.snap_back_limited
+    whole |= {name: getattr(model, name) for name in ("span", "thickness", "mean_block_weight")}
+    if (mesh := model.mesh) is not None:
+        whole |= {"deformable_blocks": len(mesh.block), "zones": len(mesh.zones), "plane": model.plane}
+    ds = dataset(values, whole)
     shares_of_wall = energy_shares(values) | shares_of_size(model, steps)
     ds.attrs |= {name: share for name, share in shares_of_wall.items() if np.isfinite(share)}
     ds.attrs["implausible"] = int(implausible(ds.attrs, settings))

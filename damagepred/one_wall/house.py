@@ -27,7 +27,8 @@ def follow_house(model: HouseModel, solver: Solver, damage: Damage, increments: 
     """Solve the path of a house and yield each increment with the damage of each wall."""
     places, rules = [gauges(wall) for wall in model.walls], Rules.from_settings(**asdict(damage))
     for increment in solve_path(model, solver, increments):
-        fallen = _fallen(model, increment) if increment.collapsed else -1
+        farthest = np.hypot(*increment.displacement[:, :2].T).argmax()
+        fallen = np.searchsorted(model.unfolded.first_block, farthest, side="right") - 1 if increment.collapsed else -1
         parts = [replace(of_wall(model, increment, w), collapsed=w == fallen) for w in range(len(places))]
         walls = tuple(judged(place, part, rules) for place, part in zip(places, parts))
         yield Step(increment, _worst([step.verdict for step in walls]), walls)
@@ -59,15 +60,8 @@ def of_wall(model: HouseModel, increment: Increment, number: int) -> Increment:
     wall, moved = model.walls[number], fields["displacement"].ravel()
     if wall.deflection is not None:  # of the segments of the footing, which are rigid
         fields["footing"] = increment.footing._replace(deflection=float(wall.deflection[: moved.size] @ moved))
-    ground = wall.on_ground
-    fields["base_reaction"] = -float((wall.interfaces.contact_area * fields["normal_stress"])[ground].sum())
+    fields["base_reaction"] = -float((wall.interfaces.contact_area * fields["normal_stress"])[wall.on_ground].sum())
     return replace(increment, **fields)
-
-
-def _fallen(model: HouseModel, increment: Increment) -> int:
-    """Number of the wall that has moved farthest."""
-    block = int(np.hypot(*increment.displacement[:, :2].T).argmax())
-    return int(np.searchsorted(model.unfolded.first_block, block, side="right")) - 1
 
 
 def _worst(verdicts: Sequence[Verdict]) -> Verdict:

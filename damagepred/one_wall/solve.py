@@ -137,11 +137,8 @@ def _solve(
             raise InputError(f"increments = {increments}: the stages of the movement have their own; leave it out.")
         wall_cost(described, count).require(limits)
         model = model_of(described, fields)
-        attributes: dict[str, object] = {
-            "title": scene.title,
-            "scene": described.to_toml(),
-            **given_values(scene.given),
-        }
+        attributes: dict[str, object] = {"title": scene.title, "scene": described.to_toml()}
+        attributes |= given_values(scene.given)
     else:
         settings, judged = solver or Solver(), damage or Damage()
         settings = settings if dynamics is None else whole_interfaces(settings)
