@@ -89,27 +89,17 @@ Samples = Annotated[int | None, typer.Option("-n", "--samples", min=1, help="Wal
 Workers = Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")]
 Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")]
 Yes = Annotated[bool, typer.Option("--yes", help="Solve walls whatever memory and time they are estimated to take.")]
-_SECONDS = "Seconds a wall may take, by default 3600; inf lifts the limit."
-Timeout = Annotated[float | None, typer.Option("--timeout", help=_SECONDS)]
-MixVersions = Annotated[
-    bool, typer.Option("--mix-versions", help="Go on although another version has solved walls; status will say so.")
-]
+Timeout = Annotated[float | None, typer.Option(help="Seconds a wall may take, by default 3600; inf lifts the limit.")]
+_MIX = "Go on although another version has solved walls; status will say so."
+MixVersions = Annotated[bool, typer.Option("--mix-versions", help=_MIX)]
 Confidence = Annotated[float, typer.Option(help="Of intervals and bands.", min=0.01, max=0.999)]
-Categories = Annotated[
-    str | None, typer.Option("--categories", help="Categories, such as 1,2 or slight,moderate; by default all.")
-]
-Extrapolated = Annotated[
-    bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond the movement of the walls.")
-]
+Categories = Annotated[str | None, typer.Option(help="Categories, such as 1,2 or slight,moderate; by default all.")]
+_BEYOND = "Export curves whose median lies beyond the movement of the walls."
+Extrapolated = Annotated[bool, typer.Option("--extrapolated", help=_BEYOND)]
 CsvFile = Annotated[Path | None, writes("--csv", "CSV file to write.", ".csv")]
-Measure = Annotated[
-    Literal["joint", "band"] | None,
-    typer.Option("--measure", help="Width that makes the category: widest joint or crack band."),
-]
-FootingGap = Annotated[
-    bool | None,
-    typer.Option("--footing-gap/--no-footing-gap", help="Whether a gap on the footing counts without a dpc."),
-]
+_WIDTH = "Width that makes the category: widest joint or crack band."
+Measure = Annotated[Literal["joint", "band"] | None, typer.Option(help=_WIDTH)]
+FootingGap = Annotated[bool | None, typer.Option(help="Whether a gap on the footing counts without a dpc.")]
 
 
 def _show_version(asked: bool) -> None:

@@ -90,15 +90,13 @@ _STUDIES_AND_SURVEY = "Study folders (*.dp), one per cause, and then the observa
 @opt.app.command("infer")
 def infer_command(
     files: Annotated[list[Path], Argument(help=_STUDIES_AND_SURVEY, show_default=False)],
-    replays: Annotated[
-        int, Option("--replays", min=1, help="Samples a study that are replayed for local cracks, at most.")
-    ] = 200,
+    replays: Annotated[int, Option(min=1, help="Samples a study that are replayed for local cracks, at most.")] = 200,
     new_walls: Annotated[
-        int, Option("--new-walls", min=0, help="Walls a round that are run where too few samples are effective.")
+        int, Option(min=0, help="Walls a round that are run where too few samples are effective.")
     ] = 0,
     until: Annotated[
         list[str] | None,
-        Option("--until", help="Date of a forecast, such as 2031 or 2031-06-30; repeat it for more dates."),
+        Option(help="Date of a forecast, such as 2031 or 2031-06-30; repeat it for more dates."),
     ] = None,
     workers: opt.Workers = 1,
     output: opt.NetcdfFile = None,
@@ -150,15 +148,13 @@ def fragility(
     goodness: Annotated[int, Option(help="Times walls are made up to judge the fit.", min=0)] = 100,
     export: Annotated[
         Literal["pelicun", "openquake", "openquake-discrete"] | None,
-        Option("--export", help="Write for another program, beside -o or the study folder."),
+        Option(help="Write for another program, beside -o or the study folder."),
     ] = None,
     extrapolated: opt.Extrapolated = False,
     categories: opt.Categories = None,
-    against: Annotated[
-        str | None, Option("--against", help="Input to fit a surface to, of the category of --categories.")
-    ] = None,
+    against: Annotated[str | None, Option(help="Input to fit a surface to, of the category of --categories.")] = None,
     options: Annotated[
-        Path | None, Option("--options", help="TOML file with options of the fit, for experts.", show_default=False)
+        Path | None, Option(help="TOML file with options of the fit, for experts.", show_default=False)
     ] = None,
     measure: opt.Measure = None,
     footing_gap: opt.FootingGap = None,
@@ -245,7 +241,7 @@ def sensitivity(
     folder: opt.StudyFolderPath,
     category: Annotated[Any, opt.category_option("Category of the capacity.")] = None,
     result: Annotated[str | None, Option("--of", help="Of this result, at the end of the movement.")] = None,
-    at: Annotated[str | None, Option("--at", metavar="site", help="Of damage at each wall's own movement.")] = None,
+    at: Annotated[str | None, Option(metavar="site", help="Of damage at each wall's own movement.")] = None,
     wall: opt.Wall = None,
     plot: opt.Picture = None,
     output: opt.NetcdfFile = None,
@@ -304,9 +300,7 @@ def plot(
 @opt.app.command("scales")
 def scales_command(
     path: opt.WallOrStudy,
-    increment: Annotated[
-        int | None, Option("--increment", help="Of which increment; by default of all.", min=0)
-    ] = None,
+    increment: Annotated[int | None, Option(help="Of which increment; by default of all.", min=0)] = None,
     output: opt.NetcdfFile = None,
     plot: opt.Picture = None,
     json: opt.Json = False,
@@ -340,7 +334,7 @@ def report(
         bool, Option("--no-replay", help="Do not solve a typical wall of a study again to draw it.")
     ] = False,
     posterior: Annotated[
-        Path | None, Option("--posterior", help="Back-analysis of the study (infer -o), which gets a section.")
+        Path | None, Option(help="Back-analysis of the study (infer -o), which gets a section.")
     ] = None,
     quiet: opt.Quiet = False,
 ) -> None:

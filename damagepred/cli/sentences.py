@@ -41,10 +41,8 @@ def cost_lines(cost: CostEstimate, full: bool = False) -> list[str]:
     if full and cost.zones:
         results = "" if cost.variables else f", {cost.zone_bytes / 1e6:.2g} MB of results (none with --no-zones)"
         peak = f"; at most {cost.peak_bytes / 1e6:.0f} MB of memory in all" if cost.peak_bytes else ""
-        said.append(
-            f"  {cost.deformable_blocks} deformable blocks: {cost.zones} zones, {cost.gridpoints} gridpoints"
-            f"{results}{peak}"
-        )
+        mesh = f"{cost.deformable_blocks} deformable blocks: {cost.zones} zones, {cost.gridpoints} gridpoints"
+        said.append(f"  {mesh}{results}{peak}")
     said += [f"  {ground}" for ground in (cost.site, cost.ground) if ground]
     return [*said, *(f"  caution: {caution}" for caution in cost.cautions), *(cost.accuracy if full else ())]
 
@@ -68,10 +66,8 @@ def ending_lines(ending: Ending, rule: StopWhen | None) -> list[str]:
         if rule is not None and look.estimate is not None:
             e, unit = look.estimate, (1e3, " mm") if rule.quantity == "median" else (1.0, "")
             low, value, high = (f"{unit[0] * v:.4g}" for v in (e.lower, e.value, e.upper))
-            said.append(
-                f"look at {look.samples} walls: {rule.name()} = {value}{unit[1]}, {low} to {high} "
-                f"({rule.confidence:.0%} over all looks)"
-            )
+            over = f"{low} to {high} ({rule.confidence:.0%} over all looks)"
+            said.append(f"look at {look.samples} walls: {rule.name()} = {value}{unit[1]}, {over}")
     reasons = {
         "enough": "narrow enough: no further walls are run",
         "samples": "all walls allowed are run, and the interval is not narrow enough yet",
@@ -91,7 +87,8 @@ def estimate_lines(
     first, noun = alternatives[0].found, _noun(houses)
     e, said = first.estimate, []
     movement = as_distribution(at)
-    question = f"P(category >= {category} at {f'{1e3 * at:g} mm' if isinstance(at, float) else movement.words})"
+    where = f"{1e3 * at:g} mm" if isinstance(at, float) else movement.words
+    question = f"P(category >= {category} at {where})"
     if np.isnan(e.value):
         return [
             f"{question} is unknown, between {e.lower:.4g} and {e.upper:.4g} ({e.confidence:.0%}): no {noun} without "
@@ -123,11 +120,9 @@ def estimate_lines(
         )
     if len(alternatives) > 1:
         values = [a.found.estimate.value for a in alternatives]
-        said.append(
-            f"epistemic range of the inputs: {min(values):.4g} to {max(values):.4g}, without the Monte Carlo error"
-        )
-    said.append(estimate_answer(e, category, f"{1e3 * at:g} mm" if isinstance(at, float) else movement.words))
-    return said
+        reach = f"{min(values):.4g} to {max(values):.4g}"
+        said.append(f"epistemic range of the inputs: {reach}, without the Monte Carlo error")
+    return [*said, estimate_answer(e, category, where)]
 
 
 def rare_lines(result: RareEvent, question: Question) -> list[str]:
@@ -176,10 +171,8 @@ def comparison_lines(comparison: xr.Dataset, category: int, movement: float) -> 
     first, reference = chosen.isel(study=0), comparison.attrs["reference"]
     if np.isnan(first["probability"]):
         return [f"{reference}: unknown, no sample was followed as far; there is nothing to compare with"]
-    said = [
-        f"{reference}: {float(first['probability']):.3g}, "
-        f"{float(first['probability_lower']):.3g} to {float(first['probability_upper']):.3g} ({level})"
-    ]
+    value, lower, upper = (float(first[f"probability{end}"]) for end in ("", "_lower", "_upper"))
+    said = [f"{reference}: {value:.3g}, {lower:.3g} to {upper:.3g} ({level})"]
     for name in most_helpful(comparison, category, movement):
         study = chosen.sel(study=name)
         value, lower, upper = (float(study[f"difference{end}"]) for end in ("", "_lower", "_upper"))
@@ -189,10 +182,8 @@ def comparison_lines(comparison: xr.Dataset, category: int, movement: float) -> 
         clear = "less damage" if upper < 0 else "more damage" if lower > 0 else "may be chance"
         pairs = int(study["paired_samples"])
         pairing = f"{pairs} pairs of samples" if pairs else "other samples, so the interval is wide"
-        said.append(
-            f"{name}: {float(study['probability']):.3g}; difference {value:+.3g}, {lower:+.3g} to {upper:+.3g} "
-            f"({level}): {clear}; {pairing}"
-        )
+        change = f"difference {value:+.3g}, {lower:+.3g} to {upper:+.3g} ({level})"
+        said.append(f"{name}: {float(study['probability']):.3g}; {change}: {clear}; {pairing}")
     return [*said, comparison_answer(comparison, category, movement)]
 
 
@@ -220,9 +211,8 @@ def zones_lines(ds: xr.Dataset) -> list[str]:
     if "zones" not in ds.attrs:
         return []
     shear, tension, before = (ds[f"zones_{how}"].values for how in ("in_shear", "in_tension", "yielded_before"))
-    if (shear + tension + before).any():
-        yielding = f"at the end {shear[-1]} yield in shear, {tension[-1]} in tension, {before[-1]} have yielded before"
-    else:
+    yielding = f"at the end {shear[-1]} yield in shear, {tension[-1]} in tension, {before[-1]} have yielded before"
+    if not (shear + tension + before).any():
         yielding = "none of them yields"
     size = f"{ds.attrs['deformable_blocks']} of {ds.sizes['block']} blocks deformable, {ds.attrs['zones']} zones"
     return [f"{size} in plane {ds.attrs['plane']}; {yielding}"]

@@ -25,7 +25,7 @@ def study(
     retry_failed: Annotated[bool, Option("--retry-failed", help="Run failed walls again.")] = False,
     mix_versions: opt.MixVersions = False,
     scheduler: Annotated[
-        str | None, Option("--scheduler", help="Run on the workers of this Dask scheduler (tcp://HOST:PORT).")
+        str | None, Option(help="Run on the workers of this Dask scheduler (tcp://HOST:PORT).")
     ] = None,
     yes: opt.Yes = False,
     quiet: opt.Quiet = False,
@@ -81,7 +81,7 @@ def study(
 def status(
     folder: opt.StudyFolderPath,
     watch: Annotated[bool, Option("--watch", help="Show it again and again, until all is done.")] = False,
-    every: Annotated[float, Option("--every", min=0.1, help="Seconds between two looks of --watch.")] = 5.0,
+    every: Annotated[float, Option(min=0.1, help="Seconds between two looks of --watch.")] = 5.0,
     json: opt.Json = False,
     full: opt.Full = False,
     quiet: opt.Quiet = False,
@@ -101,9 +101,7 @@ def status(
 @opt.app.command()
 def verify(
     path: Annotated[Path, Argument(help="Study folder (*.dp), or file (*.nc).", show_default=False)],
-    samples: Annotated[
-        int, Option("--samples", help="Number of walls to solve again and compare bit by bit.", min=0)
-    ] = 0,
+    samples: Annotated[int, Option(help="Number of walls to solve again and compare bit by bit.", min=0)] = 0,
 ) -> None:
     """Check a study folder or a file: exit code 0 if it is sound, 2 if damaged, 3 if walls solved again differ."""
     from damagepred.campaign.verify import verify as verify_archive
@@ -136,7 +134,7 @@ def rare(
         int | None, Option("-n", "--samples", min=10, help="Walls a level of a run; 200 in a new folder.")
     ] = None,
     runs: Annotated[
-        int | None, Option("--runs", min=1, help="Independent runs, which tell the error; 5 in a new folder.")
+        int | None, Option(min=1, help="Independent runs, which tell the error; 5 in a new folder.")
     ] = None,
     workers: opt.Workers = 1,
     output: Annotated[Path | None, opt.writes("-o --output", "Folder (*.rare).")] = None,
@@ -222,7 +220,7 @@ def portfolio_command(
     at: opt.MovementOrClass = "site",
     output: opt.NetcdfFile = None,
     table: Annotated[Path | None, opt.writes("--table", "Table to write (csv, gpkg).", ".csv", ".gpkg")] = None,
-    crs: Annotated[str | None, Option("--crs", help="Coordinate system of eastings, such as EPSG:28354.")] = None,
+    crs: Annotated[str | None, Option(help="Coordinate system of eastings, such as EPSG:28354.")] = None,
     plot: opt.Picture = None,
     json: opt.Json = False,
     full: opt.Full = False,

@@ -80,20 +80,17 @@ def design_search(search: xr.Dataset) -> None:
     terminal.table("Value of each measure", heads, rows)
     doubt = search[f"{quantity}_unfollowed"].values
     if np.nanmax(doubt) > 0:
-        worst, largest = str(search["alternative"].values[np.nanargmax(doubt)]), f"{np.nanmax(doubt):{digits}}"
+        most = f"{np.nanmax(doubt):{digits}} of '{search['alternative'].values[np.nanargmax(doubt)]}' at most"
         count_as = "need the dearest repair" if by_cost else "be damaged"
-        terminal.say(
-            f"walls that failed, or were not followed as far, are taken to {count_as}: {largest} of '{worst}' at most"
-        )
+        terminal.say(f"walls that failed, or were not followed as far, are taken to {count_as}: {most}")
     chosen = search.attrs["chosen"]
     terminal.say(f"chosen: {chosen}" if chosen else "no alternative is known to meet the target")
     if by_cost:
         terminal.say(f"its expected cost exceeds the least by {search.attrs['regret']:.0f} at most")
-    if search.attrs["sure"]:
-        terminal.say(f"this selection is right with a probability of {search.attrs['confidence']:.0%} or more")
-    else:
-        better, keys = ("better", "target.most or target.tolerance") if by_cost else ("cheaper", "target.most")
-        terminal.say(f"a {better} alternative is undecided; a larger {keys} decides it")
+    better, keys = ("better", "target.most or target.tolerance") if by_cost else ("cheaper", "target.most")
+    undecided = f"a {better} alternative is undecided; a larger {keys} decides it"
+    sure = f"this selection is right with a probability of {search.attrs['confidence']:.0%} or more"
+    terminal.say(sure if search.attrs["sure"] else undecided)
 
 
 def portfolio(street: xr.Dataset, most: int = 20) -> None:
@@ -114,9 +111,8 @@ def portfolio(street: xr.Dataset, most: int = 20) -> None:
     for c, column in zip(categories, probability.T):
         unknown = int(np.isnan(column).sum())
         also = f"; unknown for {unknown}, whose walls were not followed as far" if unknown else ""
-        terminal.say(
-            f"category {c} or worse: {np.nansum(column):.3g} houses to be expected of {len(order) - unknown}{also}"
-        )
+        expected = f"{np.nansum(column):.3g} houses to be expected of {len(order) - unknown}"
+        terminal.say(f"category {c} or worse: {expected}{also}")
 
 
 def _chance_with_interval(one: xr.Dataset) -> str:
@@ -153,10 +149,8 @@ def crack_table(cracks: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None
     measure = movement_measure(cracks)
     at = f"a {movement_words(cracks)} of {1e3 * float(cracks[measure][-1]):.3g} mm"
     if frame.empty:
-        terminal.say(
-            f"{cracks.attrs['title']}: nothing has opened or slid by more than "
-            f"{1e3 * cracks.attrs['hairline']:g} mm at {at}"
-        )
+        hairline = f"{1e3 * cracks.attrs['hairline']:g} mm"
+        terminal.say(f"{cracks.attrs['title']}: nothing has opened or slid by more than {hairline} at {at}")
         return
     widest = frame.nlargest(most, "crack_width", keep="first").index
     shown = frame if terminal.FORM.full else frame.loc[sorted(widest)]
@@ -191,15 +185,11 @@ def scales(agreement: xr.Dataset) -> None:
     """Print each scale, the share of states beyond its first limit, and its agreement with each other scale."""
     names = [str(name) for name in agreement["scale"].values]
     heads = ["scale", "beyond\nits first\nlimit", *(f"as {k + 1}" for k in range(len(names))), "confidence"]
-    rows = [
-        [
-            f"{k + 1} {name}",
-            *(f"{share:.2f}" for share in (float(one["share_reached"]), *one["agreement"].values)),
-            str(one["confidence"].values),
-        ]
-        for k, name in enumerate(names)
-        for one in [agreement.isel(scale=k)]
-    ]
+    rows = []
+    for k, name in enumerate(names):
+        one = agreement.isel(scale=k)
+        shares = (f"{share:.2f}" for share in (float(one["share_reached"]), *one["agreement"].values))
+        rows.append([f"{k + 1} {name}", *shares, str(one["confidence"].values)])
     terminal.table(f"{agreement.attrs['title']}: share of states that two scales judge alike", heads, rows)
     if agreement.attrs["left_out"]:
         terminal.say(f"left out: {agreement.attrs['left_out']}")
@@ -213,11 +203,10 @@ def _levels(ds: xr.Dataset) -> list[str]:
             continue
         many = "sample" in ds[name].dims
         worst = ds[name].values.reshape(ds.sizes["sample"] if many else 1, -1).max(axis=1)
-        shares = (
-            f"{np.average(worst == level, weights=sample_weights(ds)):.1%} {flag_name(ds, level, name)}"
-            for level in np.unique(worst)
-        )
-        said.append(f"{what}, at worst: {', '.join(shares) if many else flag_name(ds, int(worst[0]), name)}")
+        weight = sample_weights(ds) if many else np.ones(1)
+        shares = {flag_name(ds, level, name): np.average(worst == level, weights=weight) for level in np.unique(worst)}
+        words = (f"{share:.1%} {level}" if many else level for level, share in shares.items())
+        said.append(f"{what}, at worst: {', '.join(words)}")
     return said
 
 
@@ -242,9 +231,7 @@ def sensitivity_tables(indices: xr.Dataset) -> None:
     """Print the sensitivity of a study's damage to its inputs."""
     title = f"{indices.attrs['title']}: {indices.attrs['output']}, {indices.attrs['walls']} walls"
     terminal.show(Table.brief(title, tables.sensitivity_columns(indices)))
-    if indices.attrs["share_censored"]:
-        terminal.say(
-            f"{indices.attrs['share_censored']:.0%} of the walls had not reached it: they share the highest ranks"
-        )
+    if share := indices.attrs["share_censored"]:
+        terminal.say(f"{share:.0%} of the walls had not reached it: they share the highest ranks")
     if indices.attrs["samples_failed"]:
         terminal.say(f"{indices.attrs['samples_failed']} failed walls count as far as they were followed")

@@ -366,10 +366,8 @@ def show(*tables: Table) -> None:
 
 def _parts_that_fit(columns: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> list[list[int]]:
     """Return the columns of each table that is no wider than the screen, the first column in all."""
-    widths = [
-        3 + max(len(line) for text in (head, *(row[i] for row in rows)) for line in text.split("\n"))
-        for i, head in enumerate(columns)
-    ]
+    cells = zip(columns, *rows)
+    widths = [3 + max(len(line) for text in column for line in text.split("\n")) for column in cells]
     parts = [[0]]
 
     def fits(more: Sequence[int]) -> bool:

@@ -28,7 +28,7 @@ _TEMPLATES = (
 @opt.app.command()
 def new(
     file: Annotated[Path, Argument(help="File to write.", show_default=False)],
-    template: Annotated[_Template, Option("--template", help=_TEMPLATES)] = "wall",
+    template: Annotated[_Template, Option(help=_TEMPLATES)] = "wall",
 ) -> None:
     """Write a commented study as a template."""
     from damagepred.campaign.template import write_template
@@ -154,21 +154,17 @@ def cracks_command(
 @opt.app.command("judge")
 def judge_command(
     path: opt.WallOrStudy,
-    table: Annotated[
-        str | None, Option("--table", help="as2870, bre251, or a file (*.toml) written like data/damage.")
-    ] = None,
-    plasterboard: Annotated[
-        bool | None, Option("--plasterboard/--no-plasterboard", help="Limits for walls lined with it.")
-    ] = None,
+    table: Annotated[str | None, Option(help="as2870, bre251, or a file (*.toml) written like data/damage.")] = None,
+    plasterboard: Annotated[bool | None, Option(help="Limits for walls lined with it.")] = None,
     count_rule: Annotated[bool | None, Option("--groups/--no-groups", help="Whether groups of cracks count.")] = None,
-    group_count: Annotated[int | None, Option("--group-count", help="Cracks that make a group.")] = None,
+    group_count: Annotated[int | None, Option(help="Cracks that make a group.")] = None,
     group_distance: Annotated[
-        str | None, Option("--group-distance", help='Within which they lie, such as "1 m"; of one wall only.')
+        str | None, Option(help='Within which they lie, such as "1 m"; of one wall only.')
     ] = None,
     measure: opt.Measure = None,
     footing_gap: opt.FootingGap = None,
     band_gauge: Annotated[
-        str | None, Option("--band-gauge", help='Length laid across a band, such as "1 m"; of one wall only.')
+        str | None, Option(help='Length laid across a band, such as "1 m"; of one wall only.')
     ] = None,
     output: opt.NetcdfFile = None,
     full: opt.Full = False,
