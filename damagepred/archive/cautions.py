@@ -74,9 +74,8 @@ def wall_cautions(ds: xr.Dataset) -> list[str]:
     for name, option, what, whole, consequence in _CAUTIONS:
         share, limit = (float(ds.attrs.get(key, np.nan)) for key in (name, option))
         if share > limit:
-            sentences.append(
-                f"{what[0].upper()}{what[1:]} {share:.2g} of the {whole}, more than {option} = {limit:g}: {consequence}"
-            )
+            above = f"{share:.2g} of the {whole}, more than {option} = {limit:g}"
+            sentences.append(f"{what[0].upper()}{what[1:]} {above}: {consequence}")
     if count := int(ds.attrs.get("snap_back_limited_joints", 0)):
         sentences.append(f"In {count} joints the bond breaks at once: {_SNAP_BACK}")
     if "loading_not_run" in ds.attrs:
@@ -93,19 +92,14 @@ def wall_cautions(ds: xr.Dataset) -> list[str]:
         passes = int(((side[:-1] != 0.0) & (side[1:] != side[:-1])).sum())  # returns to zero and changes of sign
         if passes >= PASSES_DETERMINED:
             reasons.append(_HISTORY.format(passes))
-        if "contact_cohesion" in ds and "fracture_energy" not in _joint_table(ds):
+        joint = tomllib.loads(str(ds.attrs.get("scene", ""))).get("joint", {})
+        if "contact_cohesion" in ds and "fracture_energy" not in joint:
             strength = np.fmin(ds["contact_tensile_strength"].values, ds["contact_cohesion"].values)
             if (cracked & (strength > 0.0) & (strength < SMALL_BOND)).any():
                 reasons.append(_SMALL_BONDS)
         if count := int(cracked.sum()):
             sentences += [f"In {count} contacts of bed and head joints the wall has cracked: {why}" for why in reasons]
     return sentences
-
-
-def _joint_table(ds: xr.Dataset) -> Mapping[str, Any]:
-    """Joints of the archived scene; empty for an assembly."""
-    table: Mapping[str, Any] = tomllib.loads(str(ds.attrs.get("scene", ""))).get("joint", {})
-    return table
 
 
 PASSES_DETERMINED = 3
@@ -139,15 +133,11 @@ def study_cautions(ds: xr.Dataset) -> list[str]:
         share = np.asarray(ds[name].values, dtype=np.float64)
         limit = float(ds[name].attrs.get("tolerance", np.nan))
         if count := int((share > limit).sum()):
-            sentences.append(
-                f"In {count} walls {what} more than {option} = {limit:g} of the {whole}, {np.nanmax(share):.2g} at "
-                f"most: {consequence}"
-            )
+            most = f"more than {option} = {limit:g} of the {whole}, {np.nanmax(share):.2g} at most"
+            sentences.append(f"In {count} walls {what} {most}: {consequence}")
     if "snap_back_limited" in ds:
         counts = np.maximum(np.nan_to_num(np.asarray(ds["snap_back_limited"].values, dtype=np.float64)), 0.0)
         if counts.any():
-            sentences.append(
-                f"In {int((counts > 0).sum())} walls bonds break at once, in {int(counts.max())} joints of a wall at "
-                f"most: {_SNAP_BACK}"
-            )
+            most = f"in {int(counts.max())} joints of a wall at most"
+            sentences.append(f"In {int((counts > 0).sum())} walls bonds break at once, {most}: {_SNAP_BACK}")
     return sentences

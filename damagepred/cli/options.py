@@ -122,20 +122,10 @@ Quiet = Annotated[
     bool, typer.Option("--quiet", callback=_form, is_eager=True, help="Neither progress nor notes; errors stay.")
 ]
 Full = Annotated[bool, typer.Option("--full", callback=_form, is_eager=True, help="Tables with all columns and rows.")]
-Intensity = Literal[
-    "surface_movement",
-    "central_deflection",
-    "deflection_ratio",
-    "settlement",
-    "differential_settlement",
-    "angular_distortion",
-    "ground_tilt",
-    "horizontal_strain",
-    "curvature",
-    "footing_curvature",
-    "time",
-    "differential_movement",
-]
+_OfWall = Literal["surface_movement", "central_deflection", "deflection_ratio", "settlement", "differential_settlement"]
+_OfGround = Literal["angular_distortion", "ground_tilt", "horizontal_strain"]
+_Others = Literal["curvature", "footing_curvature", "time", "differential_movement"]
+Intensity = Literal[_OfWall, _OfGround, _Others]
 
 
 DOING = {

@@ -9,35 +9,11 @@ from pathlib import Path
 from damagepred.errors import InputError, nearest
 
 TOPICS = (
-    "my-house-on-h1-clay",
-    "how-far-to-trust-it",
-    "a-tree-at-one-end",
-    "an-end-that-settles",
-    "a-soil-log",
-    "files-as-they-come",
-    "reading-a-result",
-    "uncertainty",
-    "judging-again",
-    "other-programs",
-    "footing-and-ground",
-    "seasons",
-    "control-joints",
-    "a-house",
-    "floors-and-beams",
-    "gables-and-bonds",
-    "from-cracks-to-causes",
-    "from-probabilities-to-decisions",
-    "a-street",
-    "laboratory-tests",
-    "large-studies",
-    "accuracy",
-    "theory",
-    "keys",
-    "archive",
-    "glossary",
-    "gallery",
-    "extending",
-    "changing",
+    *("my-house-on-h1-clay", "how-far-to-trust-it", "a-tree-at-one-end", "an-end-that-settles", "a-soil-log"),
+    *("files-as-they-come", "reading-a-result", "uncertainty", "judging-again", "other-programs"),
+    *("footing-and-ground", "seasons", "control-joints", "a-house", "floors-and-beams", "gables-and-bonds"),
+    *("from-cracks-to-causes", "from-probabilities-to-decisions", "a-street", "laboratory-tests", "large-studies"),
+    *("accuracy", "theory", "keys", "archive", "glossary", "gallery", "extending", "changing"),
 )
 """Pages in the order of reading."""
 
@@ -60,18 +36,8 @@ def with_plain_equations(text: str) -> str:
     return re.sub(r"(?<!`)\$([^$\n]+)\$", lambda m: f"`{_plain(m[1])}`", text)
 
 
-_COMMANDS = {
-    "varphi": "φ",
-    "varepsilon": "ε",
-    "cdot": "·",
-    "infty": "∞",
-    "partial": "∂",
-    "lvert": "|",
-    "rvert": "|",
-    "top": "T",
-    "quad": "  ",
-    "qquad": "    ",
-}
+_COMMANDS = {"varphi": "φ", "varepsilon": "ε", "cdot": "·", "infty": "∞", "partial": "∂", "top": "T"}
+_COMMANDS |= {"lvert": "|", "rvert": "|", "quad": "  ", "qquad": "    "}
 
 
 def _plain(latex: str) -> str:

@@ -103,10 +103,7 @@ def judged(places: Gauges, increment: Increment, rules: Rules) -> Step:
 def follow_wall(
     scene: Scene, fields: Mapping[str, FloatArray] | None, increments: int, damage: Damage | None = None
 ) -> Iterator[tuple[Model, Step]]:
-    """Solve the static path of a scene; yield each increment, with the model.
-
-    Once a whole brick nears its strength, the path starts again at increment 0 with bricks that break.
-    """
+    """Solve the static path of a scene; yield each increment, with the model; again from 0 once a brick may break."""
     judged = damage or scene.damage
     if bricks_break(scene) and scene.solver.brick_cracks == "reached":
         model = model_of(replace(scene, solver=replace(scene.solver, brick_cracks="none")), fields)

@@ -157,10 +157,7 @@ CORNER_REACH = 0.4
 def draw_axonometric(
     ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exaggeration: float | None = None
 ) -> Axes:
-    """Deformed house from above and one side. Walls lean between their corners so that the corners stay joined.
-
-    The model moves each wall in its own plane alone; across it the drawing follows the walls that meet it.
-    """
+    """Deformed house from above and one side; across its plane each wall follows the walls that meet it."""
     house, drawn = house_of(ds), Deformed.of(unfolded(ds), increment, exaggeration)
     places, wall_of = np.array(unfolded_places(house)), ds["block_wall"].values
     crack_wall, cracks = _cracks(ds, drawn)

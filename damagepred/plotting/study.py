@@ -78,11 +78,7 @@ def common_paths(ds: xr.Dataset, points: int = 121, width_name: str = "crack_wid
 
 
 def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
-    """Draw a variable of every wall against the movement, with quantiles over the walls as far as four of five count.
-
-    Walls whose path ended early, in collapse or in the last category of interest, count as the largest of a width from
-    there on; walls that were not followed as far for another reason do not count there.
-    """
+    """Draw a variable of every wall against the movement, with quantiles as far as four of five walls count."""
     sheet.require(ds, (*_NEEDED, variable), _STUDY)
     paths = common_paths(ds, width_name=variable)
     ax = sheet.axes_or_new(ax, 9.0, 5.5)

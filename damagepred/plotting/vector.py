@@ -23,10 +23,7 @@ _UNIT = 2
 
 
 def svg_of(figure: Figure, prefix: str, label: str, along: Axes | None = None) -> str:
-    """Figure as an ``<svg>`` element for a page of HTML.
-
-    Letters are drawn as outlines, so that it looks the same everywhere. All ids begin with the prefix.
-    """
+    """Figure as an ``<svg>`` element for a page of HTML, with letters as outlines; all ids begin with the prefix."""
     stream = io.BytesIO()
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     with rc_context({"svg.fonttype": "path", "svg.hashsalt": prefix}):

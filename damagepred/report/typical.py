@@ -23,12 +23,9 @@ class Chosen(NamedTuple):
 
 
 def typical_and_worst(ds: xr.Dataset, at: float | None = None) -> Chosen | None:
-    """Typical and worst wall of a study with paths; None without solved walls.
-
-    Typical is the wall whose widest crack is the median, at a movement (m) or at the end of each wall's own movement. A
-    wall that ended before in the worst category or in collapse counts as wider, the earlier the wider. Other walls that
-    were not followed as far are left out. The worst reached the worst category first.
-    """
+    """Wall with the median of the widest crack, at a movement (m) or the end, and wall that is the worst first."""
+    # a wall that ended before in the worst category or in collapse counts as wider, the earlier the wider; other walls
+    # that were not followed as far are left out
     capacities = {c: category_capacities(ds, c) for c in range(1, int(ds.attrs["highest_category"]) + 1)}
     capacities = {c: known.part(~known.failing) for c, known in capacities.items()}
     some = [c for c, known in capacities.items() if np.isfinite(known.upper).any()]

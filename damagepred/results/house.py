@@ -57,10 +57,7 @@ def study_of(path: str | Path, wall: str | None = None) -> xr.Dataset:
 
 @checked
 def wall_dataset(ds: xr.Dataset, name: str) -> xr.Dataset:
-    """Result of one wall of a house, or of one wall in a study of houses, as of a wall alone.
-
-    Energies and diagnostics are of the whole house; the ``scene`` has the ground along the wall as a table.
-    """
+    """Result of one wall of a house, or of one wall in a study of houses; energies are of the whole house."""
     if not is_house(ds):
         raise InputError(f"wall = '{name}': this is the result of one wall; walls of a house have names.")
     house, names = house_of(ds), wall_names(ds)
@@ -80,13 +77,9 @@ def wall_dataset(ds: xr.Dataset, name: str) -> xr.Dataset:
     one = one.set_coords([key for key in ("central_deflection", "deflection_ratio") if key in one])
     if one.attrs.get("status") == PathStatus.COLLAPSED and number != fallen_wall(ds):
         one.attrs["status"] = str(PathStatus.COMPLETE)
-    scene = house.scenes[number]
-    return one.assign_attrs(
-        scene=scene.to_toml(),
-        title=f"{ds.attrs.get('title', 'house')}: {name}",
-        span=scene.wall.length,
-        thickness=scene.wall.thickness,
-    )
+    scene, title = house.scenes[number], f"{ds.attrs.get('title', 'house')}: {name}"  # its ground is a table
+    size = {"span": scene.wall.length, "thickness": scene.wall.thickness}
+    return one.assign_attrs(scene=scene.to_toml(), title=title, **size)
 
 
 def unfolded(ds: xr.Dataset) -> xr.Dataset:
@@ -171,10 +164,7 @@ def crack_lists(ds: xr.Dataset, traced: Callable[[xr.Dataset], tuple[xr.Dataset,
 
 @checked
 def room_sides(ds: xr.Dataset, increment: int = -1) -> pd.DataFrame:
-    """Widest joint (m) and category on each side of each room: of a wall between the corners of the room.
-
-    Rooms have numbers from 1 and a middle in plan. Both rooms beside a wall have the same cracks: a wall is one leaf.
-    """
+    """Widest joint (m) and category on each side of each room, which has a number from 1 and a middle in plan."""
     import pandas as pd
 
     from damagepred.damage import JointMap, judge
