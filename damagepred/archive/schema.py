@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -90,21 +90,22 @@ _UGRID: dict[str, dict[str, Any]] = {
 """Attributes of the mesh of zones (UGRID)."""
 
 
-def _registered() -> Iterator[tuple[str, Variable]]:
-    """Variables of the table ``variables.csv``, and the diagnostics of solvers."""
-    with Path(__file__).with_name("variables.csv").open(encoding="utf-8", newline="") as table:
-        for row in csv.DictReader(table):
-            name, dims = row["name"], tuple(row["dimensions"].split())
-            on_disk = "float32" if name.startswith("zone_stress") else None
-            standard_name = "realization" if name == "sample" else None
-            flags, mesh = _FLAGS.get(name, ()), _UGRID.get(name, {})
-            yield name, Variable(dims, row["units"] or None, row["meaning"], flags, standard_name, mesh, on_disk)
-    for record in (Residuals, Counters, Energies):
-        for name, diagnostic in described(record).items():
-            yield name, Variable(_STEP, diagnostic.units, diagnostic.meaning)
+def read_variables(table: Path, flags: Mapping[str, tuple[str, ...]]) -> dict[str, Variable]:
+    """Variables of a table (CSV) of names, dimensions, units and meanings, with the meanings of flags."""
+    with table.open(encoding="utf-8", newline="") as rows:
+        return {
+            name: Variable(tuple(dims.split()), units or None, meaning, flags.get(name, ()))
+            for name, dims, units, meaning in list(filter(None, csv.reader(rows)))[1:]
+        }
 
 
-VARIABLES = dict(_registered())
+VARIABLES = read_variables(Path(__file__).with_name("variables.csv"), _FLAGS)
+VARIABLES["sample"] = replace(VARIABLES["sample"], standard_name="realization")
+for _name, _mesh in _UGRID.items():
+    _on_disk = "float32" if _name.startswith("zone_stress") else None
+    VARIABLES[_name] = replace(VARIABLES[_name], mesh=_mesh, on_disk=_on_disk)
+for _record in (Residuals, Counters, Energies):
+    VARIABLES |= {name: Variable(_STEP, kind.units, kind.meaning) for name, kind in described(_record).items()}
 
 BY_WALL = (
     *CATEGORY_VARIABLES,

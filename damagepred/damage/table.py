@@ -22,15 +22,8 @@ from damagepred.inputs.text import category_names, check_title
 
 TABLES = ("as2870", "bre251")
 """Damage tables that come with the package."""
-OWN_MEASURES = {
-    "width": "crack_width_max",
-    "band": "crack_band_width_max",
-    "count": "crack_count",
-    "length": "crack_length_total",
-    "psi": "psi",
-    "distortion": "opening_distortion",
-    "value": "",
-}
+OWN_MEASURES = {"width": "crack_width_max", "band": "crack_band_width_max", "count": "crack_count"}
+OWN_MEASURES |= {"length": "crack_length_total", "psi": "psi", "distortion": "opening_distortion", "value": ""}
 """Measures of own states, and their archive variables; ``value`` is a result of the function."""
 STATE_TAKES = (
     *("crack_width_max", "crack_band_width_max", "crack_count", "crack_length_total", "psi", "opening_distortion"),

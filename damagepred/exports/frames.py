@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import VARIABLES
+from damagepred.archive.schema import CATEGORY_VARIABLES, VARIABLES
 from damagepred.enumerations import SampleStatus, flag_meanings
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
@@ -94,11 +94,8 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     of_walls = [f"wall_{name}" for name in ("damage_category", "crack_width_max")]
     of_walls = [name for name in of_walls if name in ds and ds[name].dims == ("sample", "increment", "wall")]
     parts = {name.replace("wall", wall, 1): ds[name][..., k] for name in of_walls for k, wall in enumerate(walls)}
-    for name in (
-        *parts,
-        *("damage_category", "damage_category_band", "crack_width_max", "crack_band_width_max", "dpc_opening_max"),
-        *("footing_opening_max", "central_deflection", "deflection_ratio"),
-    ):
+    widest = ("crack_width_max", "crack_band_width_max", "dpc_opening_max", "footing_opening_max")
+    for name in (*parts, *CATEGORY_VARIABLES, *widest, "central_deflection", "deflection_ratio"):
         if name in parts or (name in ds.variables and ds[name].dims == ("sample", "increment")):
             values = parts[name].values if name in parts else ds[name].values
             if values.dtype.kind in "iu":

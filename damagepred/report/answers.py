@@ -21,12 +21,11 @@ def in_words(estimate: Estimate, of_what: str = "wall") -> str:
         return f"unknown, no {of_what} was followed as far"
     interval = f"{estimate.confidence:.0%} interval {chance(estimate.lower)} to {chance(estimate.upper)}"
     share = 100 * estimate.value
+    of = f"about {share:.0f} {of_what}{'s' if round(share) != 1 else ''} in 100"
     if share in (0, 100):
         of = f"{'all' if share else 'none'} of the {of_what}s"
     elif share < 1:
         of = f"fewer than 1 {of_what} in 100"
-    else:
-        of = f"about {share:.0f} {of_what}{'s' if round(share) != 1 else ''} in 100"
     return f"probability {chance(estimate.value)} ({interval}), {of}"
 
 
@@ -43,17 +42,14 @@ def comparison_answer(comparison: xr.Dataset, category: int, movement: float) ->
     order = most_helpful(comparison, category, movement)
     sure = [name for name in order if float(upper.sel(study=name)) < 0]
     worse = [name for name in order if float(chosen["difference_lower"].sel(study=name)) > 0]
-    said = []
+    lowered = "; ".join(f"{name} to {chance(float(chosen['probability'].sel(study=name)))}" for name in sure)
+    said = [f"Lower than {before}, the probability of category {category} or worse: {lowered}"]
     if not sure:
-        said.append(f"No measure is sure to lower the probability of category {category} or worse from {before}")
-    else:
-        lowered = [f"{name} to {chance(float(chosen['probability'].sel(study=name)))}" for name in sure]
-        said.append(f"Lower than {before}, the probability of category {category} or worse: {'; '.join(lowered)}")
+        said = [f"No measure is sure to lower the probability of category {category} or worse from {before}"]
     if len(sure) > 1:
         parts = float(upper.sel(study=sure[0])) < float(chosen["difference_lower"].sel(study=order[1:]).min())
-        said.append(
-            f"{sure[0]} helps most" if parts else "Their intervals overlap: which of them helps most is not known"
-        )
+        unknown = "Their intervals overlap: which of them helps most is not known"
+        said.append(f"{sure[0]} helps most" if parts else unknown)
     elif sure and len(order) > 1:
         said.append("The other measures may change it by chance alone" if not worse else "The other measures do not")
     said += [f"{name} raises it" for name in worse]

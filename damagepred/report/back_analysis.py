@@ -27,10 +27,8 @@ def back_analysis_section(file: Path, study: Path) -> Section:
     names, own = [str(name) for name in posterior["study"].values], study_name(study)
     if own not in names:
         raise InputError(f"posterior = {file}: is of {', '.join(names)}, not of {own}." + nearest(own, names))
-    intro = (
-        f"{posterior.attrs['observations']} observations on the wall, compared with the walls of "
-        f"{len(names)} {'study' if len(names) == 1 else 'studies'}: {', '.join(names)}."
-    )
+    studies = f"{len(names)} {'study' if len(names) == 1 else 'studies'}: {', '.join(names)}"
+    intro = f"{posterior.attrs['observations']} observations on the wall, compared with the walls of {studies}."
     parts: list[Part] = [Text([posterior_answer(posterior), intro], posterior_cautions(posterior))]
     parts += posterior_tables(posterior)
     caption = "Distribution of the movement under each cause, given the observations."
@@ -58,10 +56,8 @@ def posterior_cautions(posterior: xr.Dataset) -> list[str]:
         cause = posterior.sel(study=name)
         if not cause["resembles"]:
             if posterior["resembles"].values.any():
-                said.append(
-                    f"{name}: no stored wall resembles the observations, resemblance "
-                    f"{chance(float(cause['resemblance']))} ({measure}); it has no odds."
-                )
+                resemblance = f"resemblance {chance(float(cause['resemblance']))} ({measure})"
+                said.append(f"{name}: no stored wall resembles the observations, {resemblance}; it has no odds.")
             continue
         if (effective := float(cause["effective_samples"])) < (fewest := posterior.attrs["fewest_effective"]):
             said.append(

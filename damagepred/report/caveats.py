@@ -24,13 +24,10 @@ from damagepred.uq.fragility.fit import EXTRAPOLATED
 
 def slip_law(joint: Joint) -> str:
     """Law of the cohesion of joints that slip."""
-    if joint.shear_fracture_energy is not None:
-        return (
-            f"Joints that slip lose their cohesion by softening, with {joint.shear_fracture_energy:g} N/m in mode II."
-        )
-    said = (
-        "lose their cohesion at the first slip" if joint.brittle_shear else "keep their cohesion (Eq. 4 of the paper)"
-    )
+    if (energy := joint.shear_fracture_energy) is not None:
+        return f"Joints that slip lose their cohesion by softening, with {energy:g} N/m in mode II."
+    kept = "keep their cohesion (Eq. 4 of the paper)"
+    said = "lose their cohesion at the first slip" if joint.brittle_shear else kept
     return f"Joints that slip {said}. Real joints lose it over about a millimetre of slip."
 
 
@@ -54,10 +51,8 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
     if assumed := assumed_slow_strains(scene, sampled):
         said.append(f"Slow strains have defaults, which are assumed: {', '.join(assumed)}.")
     if scene.solver.blocks in ("rigid", "elastic") and scene.solver.above_dpc in (None, "rigid", "elastic"):
-        if bricks_break(scene):
-            said.append("Bricks break upright in the middle alone, and do not crush.")
-        else:
-            said.append("Bricks neither crack nor crush: cracks run through joints alone.")
+        whole = "Bricks neither crack nor crush: cracks run through joints alone."
+        said.append("Bricks break upright in the middle alone, and do not crush." if bricks_break(scene) else whole)
     bonds = (
         "Bonds break at once when their strength is reached. Small differences decide which joint breaks next, and the "
         "widest crack with it: single walls are examples, and probabilities need many walls. "
@@ -143,12 +138,10 @@ def study_caveats(ds: xr.Dataset, curves: xr.Dataset, settings: StudySettings, m
             "not reached there count as not yet reached."
         )
     if not isinstance(settings.scene, House):
-        said.append(
-            "Walls are single walls: walls of a house, and houses of a street, share bricks, builders and ground."
-        )
-    return Section(
-        "caveats", "What to keep in mind", [Text([], said + model_caveats(settings.scene, settings.variables))]
-    )
+        shared = "walls of a house, and houses of a street, share bricks, builders and ground"
+        said.append(f"Walls are single walls: {shared}.")
+    said += model_caveats(settings.scene, settings.variables)
+    return Section("caveats", "What to keep in mind", [Text([], said)])
 
 
 def _curve_caveats(curves: xr.Dataset, moved: float) -> list[str]:

@@ -35,9 +35,8 @@ def comparison_parts(
         return []
     names = [study_name(each) for each in (path, *measures)]
     if len(set(names)) < len(names):
-        raise InputError(
-            f"measures = {', '.join(names[1:])}: each study needs a name of its own, other than {names[0]}."
-        )
+        needed = f"each study needs a name of its own, other than {names[0]}"
+        raise InputError(f"measures = {', '.join(names[1:])}: {needed}.")
     studies = dict(zip(names, (ds, *map(open_study, measures))))
     comparison = compare(studies, categories=[category], at=[at], confidence=confidence)
     rows = []

@@ -35,8 +35,7 @@ MOST_SHOWN = 41
 
 def explorer(walls: Mapping[str, xr.Dataset]) -> str:
     """Walls as JSON for the script of a page."""
-    some = next(iter(walls.values()))
-    table = table_of(some)
+    table = table_of(next(iter(walls.values())))
     shared = {
         "limits": [limit * MM for limit in table.limits],
         "colours": list(colours.CATEGORY_COLOURS[: len(table.limits) + 1]),

@@ -59,22 +59,11 @@ def monte_carlo(ds: xr.Dataset, moved: float, confidence: float = 0.9) -> list[P
         value = with_band(chance(e.value), chance(e.lower), chance(e.upper))
         counts = [str(e.samples), number(e.effective_samples, 3)]
         rows.append([name.replace(" ", "\u00a0"), value, number(e.error, 2), *counts, bounds])
-    table = Table(
-        f"Probability of each category or worse at a {measure} of {length(moved)}, and its Monte Carlo error",
-        [
-            "category",
-            f"probability ({confidence:.0%} interval)",
-            "standard error",
-            "walls",
-            "effective walls",
-            "failed walls counted",
-        ],
-        rows,
-        words=(0,),
-        note="The error of the number of walls; errors of the model add to it. "
-        "“Failed walls counted”: if none of them had reached the category, and if all had.",
-    )
-    return [table]
+    caption = f"Probability of each category or worse at a {measure} of {length(moved)}, and its Monte Carlo error"
+    heads = ["category", f"probability ({confidence:.0%} interval)", "standard error", "walls", "effective walls"]
+    note = "The error of the number of walls; errors of the model add to it. "
+    note += "“Failed walls counted”: if none of them had reached the category, and if all had."
+    return [Table(caption, [*heads, "failed walls counted"], rows, note=note)]
 
 
 def categories(ds: xr.Dataset) -> list[tuple[int, str]]:

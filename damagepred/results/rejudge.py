@@ -125,18 +125,10 @@ def judge_again(
         if name not in ds:
             raise InputError(f"the dataset has no variable '{name}'; a wall or a study can be judged again.")
     own = archived_rules(ds)
-    wanted = {
-        "count_rule": count_rule,
-        "group_distance": group_distance,
-        "group_count": group_count,
-        "dpc_threshold": dpc_threshold,
-        "measure": measure,
-        "band_gauge": band_gauge,
-        "band_threshold": band_threshold,
-        "footing_threshold": footing_threshold,
-        "count_footing_gap": count_footing_gap,
-    }
-    given: dict[str, Any] = {name: value for name, value in wanted.items() if value is not None}
+    wanted: dict[str, Any] = {"count_rule": count_rule, "group_distance": group_distance, "group_count": group_count}
+    wanted |= {"dpc_threshold": dpc_threshold, "footing_threshold": footing_threshold, "measure": measure}
+    wanted |= {"band_gauge": band_gauge, "band_threshold": band_threshold, "count_footing_gap": count_footing_gap}
+    given = {name: value for name, value in wanted.items() if value is not None}
     if measure not in (None, *MEASURES):
         raise InputError(f"measure = {measure!r}: must be {' or '.join(MEASURES)}.")
     validated = Damage(**given)

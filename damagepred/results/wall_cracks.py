@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import Variable, dataset, flag_name
+from damagepred.archive.schema import dataset, flag_name, read_variables
 from damagepred.damage import HAIRLINE, Growth, JointMap, Numbered
 from damagepred.damage.tracing import ORIENTATIONS, PARTS, Links, links_of
 from damagepred.enumerations import ContactKind, ContactState, ZoneState, flag_meanings
@@ -20,47 +21,13 @@ from damagepred.runtime.one_thread import one_blas_thread
 if TYPE_CHECKING:
     import pandas as pd
 
-_BOTH, _CRACK, _PIECE = ("increment", "crack"), ("crack",), ("piece",)
+_BOTH, _PIECE = ("increment", "crack"), ("piece",)
 
 _DRIVERS = ("load_displacement", "surface_movement")
 """Movements that drive some walls in place of the central deflection."""
 
-CRACK_VARIABLES: dict[str, Variable] = {
-    "crack": Variable(_CRACK, "1", "number of the crack, from 1, older cracks first"),
-    "crack_part": Variable(_CRACK, None, "part of the wall that the crack is in", PARTS),
-    "crack_width": Variable(_BOTH, "m", "largest opening normal to the joint: the width of damage tables"),
-    "crack_width_normal": Variable(_BOTH, "m", "largest opening normal to the crack's mean line"),
-    "crack_displacement": Variable(_BOTH, "m", "largest relative displacement of the faces, opening and slip together"),
-    "crack_length": Variable(_BOTH, "m", "length of joints that have opened or slid, branches included"),
-    "crack_length_through_blocks": Variable(_BOTH, "m", "length of the crack's course through bricks"),
-    "crack_branches": Variable(_BOTH, "1", "parts of the crack that leave its longest course"),
-    "crack_inclination": Variable(_BOTH, "degree", "of the crack's mean line from the horizontal, rising to the right"),
-    "crack_orientation": Variable(_BOTH, None, "how the crack runs", ORIENTATIONS),
-    "crack_x": Variable(_BOTH, "m", "contact nearest to the largest opening, along the wall"),
-    "crack_y": Variable(_BOTH, "m", "height of that contact"),
-    "first_increment": Variable(_CRACK, "1", "increment in which the crack's first bond broke, or it first slid"),
-    "first_central_deflection": Variable(_CRACK, "m", "central deflection of that increment"),
-    "first_load_displacement": Variable(_CRACK, "m", "displacement of a laboratory test's loads in that increment"),
-    "first_surface_movement": Variable(_CRACK, "m", "movement of the ground's surface in that increment"),
-    "first_x": Variable(_CRACK, "m", "place along the wall where the crack began"),
-    "first_y": Variable(_CRACK, "m", "height at which the crack began"),
-    "merged_into": Variable(_CRACK, "1", "number of the older crack that it has become part of, 0 if it has not"),
-    # along the cracks of one increment
-    "piece_crack": Variable(_PIECE, "1", "number of the crack that the piece of joint belongs to"),
-    "piece_on_path": Variable(_PIECE, "1", "place of the piece in the crack's longest course, from 0; -1 on a branch"),
-    "piece_along": Variable(_PIECE, "m", "place of the piece along the crack's mean line, 0 at its middle"),
-    "piece_kind": Variable(_PIECE, None, "kind of joint of the piece", (*flag_meanings(ContactKind), "block")),
-    **{
-        f"piece_{axis}_{end}": Variable(_PIECE, "m", f"{axis} at the {end} of the piece")
-        for end in ("start", "end")
-        for axis in "xy"
-    },
-    "piece_x": Variable(_PIECE, "m", "place of the piece's contact along the wall"),
-    "piece_y": Variable(_PIECE, "m", "height of the piece's contact"),
-    "piece_opening": Variable(_PIECE, "m", "largest opening normal to the joint; NaN in a brick"),
-    "piece_width": Variable(_PIECE, "m", "opening normal to the crack's mean line; NaN in a brick"),
-    "piece_displacement": Variable(_PIECE, "m", "relative displacement of the faces; NaN in a brick"),
-}
+_FLAGS = {"crack_part": PARTS, "crack_orientation": ORIENTATIONS, "piece_kind": (*flag_meanings(ContactKind), "block")}
+CRACK_VARIABLES = read_variables(Path(__file__).with_name("cracks.csv"), _FLAGS)
 """Variables of ``cracks`` and ``crack_profile``."""
 
 
