@@ -172,7 +172,7 @@ def prices(
         counts = [max(0, min(options.replays, walls.known.sum()) - walls.stores[0].count()) for walls in opened]
         if any(counts):
             took = duration(float(np.dot(counts, seconds)))
-            sentences.append(f"replays for local cracks and for levels: {sum(counts)} walls, about {took}")
+            sentences.append(f"replays for cracks with a place and for levels: {sum(counts)} walls, about {took}")
     if not options.new_walls:
         return sentences
     took = duration(options.rounds * options.new_walls * sum(seconds))

@@ -40,7 +40,10 @@ def reported(ds: xr.Dataset) -> xr.Dataset:
 
 
 def posterior_tables(ds: xr.Dataset) -> list[Table]:
-    """Tables of causes and movement, of further damage, and of the model's discrepancy."""
+    """Tables of causes and movement, of further damage, and of the model's discrepancy.
+
+    If no stored wall resembles the observations, only the table of causes, without movements: the prior's.
+    """
     names, shown = [str(name) for name in ds["study"].values], measures(ds)
     first, alike = shown[0], len(set(shown)) == 1
     causes, rates, ahead = [], [], []
@@ -48,7 +51,9 @@ def posterior_tables(ds: xr.Dataset) -> list[Table]:
         cause = ds.sel(study=name)
         unit = "" if alike else f" {measure.unit}"
         moved = _interval(cause["movement_quantile"], measure) + ("" if alike else f"{unit} {measure.words}")
-        if float(cause["movement_cut"]) > UNCERTAIN:
+        if not bool(cause["resembles"]):
+            moved = "–"
+        elif float(cause["movement_cut"]) > UNCERTAIN:
             moved += f", cut at {measure.factor * float(cause['movement_largest']):.3g}"
         prior = float(cause["cause_prior"])
         odds = (odds_in_words(float(cause["posterior_odds"])), f"{prior / (1.0 - prior):.3g}")
@@ -82,10 +87,13 @@ def posterior_tables(ds: xr.Dataset) -> list[Table]:
         ),
         Table("Forecast: damage before a date", ["study", "before", moved, *chances], ahead),
     ]
+    table_of_causes = Table("Cause and movement, given the observations", heads, causes)
+    if not ds["resembles"].values.any():
+        return [table_of_causes]
     points = int(ds.attrs["discrepancy_points"])
     integrated = "; the likelihood is integrated over terms with an interval" if points > 1 else ""
     return [
-        Table("Cause and movement, given the observations", heads, causes),
+        table_of_causes,
         *(over_time if rates else []),
         Table("Damage after further movement", ["study", further, *chances], future),
         Table(

@@ -46,6 +46,9 @@ def comparison_answer(comparison: xr.Dataset, category: int, movement: float) ->
     said = [f"Lower than {before}, the probability of category {category} or worse: {lowered}"]
     if not sure:
         said = [f"No measure is sure to lower the probability of category {category} or worse from {before}"]
+    if not sure and float(chosen["probability"].max()) == 0.0:
+        most = chance(float(chosen["probability_upper"].max()))
+        said = [f"No wall of the studies reached category {category}; its probability is at most {most} in each"]
     if len(sure) > 1:
         parts = float(upper.sel(study=sure[0])) < float(chosen["difference_lower"].sel(study=order[1:]).min())
         unknown = "Their intervals overlap: which of them helps most is not known"

@@ -84,5 +84,10 @@ def study_limits(ds: xr.Dataset, confidence: float = 0.9) -> Section | None:
 
 
 def _counted(estimated: Exceedance) -> str:
+    """Probability with its interval; ``BEYOND`` if fewer than half of the walls were followed to the limit.
+
+    Walls with damage bend their footings most, so the few with the largest deflections do not stand for all walls.
+    """
     e = estimated.estimate
-    return BEYOND if np.isnan(e.value) else with_band(chance(e.value), chance(e.lower), chance(e.upper), "\n")
+    few = np.isnan(e.value) or 2 * estimated.not_followed > e.samples
+    return BEYOND if few else with_band(chance(e.value), chance(e.lower), chance(e.upper), "\n")

@@ -122,7 +122,11 @@ def chosen_intensity(ds: xr.Dataset, intensity: str | None) -> str:
     available = [m for m in MEASURES if _available(ds, m)]
     raise InputError(
         f"intensity: the dataset has no variable '{name}' with values; "
-        + (f"it has {', '.join(available)}." if available else "fragility needs a study as open_study returns it.")
+        + (
+            f"it has {', '.join(available)}."
+            if available
+            else "a study needs a wall that is done, see `damagepred status`."
+        )
         + nearest(name, available)
     )
 

@@ -198,7 +198,7 @@ class LevelObservation(Reading):
     difference : float
         Height of the second above the first (m).
     error : float
-        Standard error of the survey (m).
+        Standard error of the difference of both levels (m).
     """
 
     to_wall: str | None = None

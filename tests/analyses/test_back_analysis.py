@@ -163,6 +163,8 @@ def test_paths_that_end_at_the_present_movement_are_named_with_the_movement_to_r
     causes_, further, _ = posterior_tables(found)
     assert causes_.rows[0][1].endswith("cut at 6")
     assert "unknown" in further.rows[-1]
+    (alien,) = posterior_tables(found.assign(resembles=found["resembles"] & False))  # the movement is the prior's
+    assert alien.rows[0][1] == "–"
 
 
 def test_densities_of_another_cause_and_of_measurements_add_up_to_one() -> None:

@@ -48,6 +48,14 @@ def test_a_measure_helps_most_only_where_intervals_part(differences: list[tuple[
     assert comparison_answer(comparison(*differences), 2, 0.01) == said
 
 
+def test_without_damage_an_answer_names_the_upper_limit() -> None:
+    none = comparison((0.0, -0.1, 0.1))
+    none = none.assign(probability=0.0 * none["probability"], probability_upper=none["probability"] * 0.0 + 0.078)
+    assert comparison_answer(none, 2, 0.01) == (
+        "No wall of the studies reached category 2; its probability is at most 0.078 in each."
+    )
+
+
 def test_an_estimate_is_a_number_of_walls() -> None:
     def said(value: float) -> str:
         estimate = Estimate(value, 0.05, 0.31, 0.51, 0.9, 64, 64.0)

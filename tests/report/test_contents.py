@@ -14,13 +14,15 @@ from damagepred.formatting import length
 from damagepred.one_wall.solve import solve
 from damagepred.report.caveats import model_caveats, study_caveats
 from damagepred.report.inputs import input_section, place_in_words, unsure
-from damagepred.report.limits import study_limits
+from damagepred.report.limits import BEYOND, _counted, study_limits
 from damagepred.report.sources import field_source, sources_of_variable
 from damagepred.report.study import study_page
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_page
 from damagepred.results.tables import Table
 from damagepred.scene import Scene
+from damagepred.uq.estimate import Estimate
+from damagepred.uq.exceedance import Exceedance
 from tests.synthetic_studies import synthetic_study
 
 
@@ -117,6 +119,13 @@ def test_typical_is_the_median_wall_at_the_movement_asked_for(tmp_path: Path) ->
     ended_early = [k for k in good[21:] if followed[k] < 0.9 * np.nanmax(movement) * (1 - 1e-9)]
     ranked = [k for k in order if k not in ended_early]
     assert followed[fallen.typical] == followed[ranked[(len(ranked) - 1) // 2]]
+
+
+def test_a_limit_that_few_walls_reached_has_no_probability() -> None:
+    """2 of 32 walls, both damaged, bent as far: their share is no probability of damage."""
+    estimate = Estimate(1.0, 0.1, 0.3, 1.0, 0.9, 32, 32.0)
+    assert _counted(Exceedance(estimate, 0, 1.0, 1.0, 30)) == BEYOND
+    assert _counted(Exceedance(estimate, 0, 1.0, 1.0, 10)).startswith("1.00")
 
 
 def test_what_varies_is_named_and_limits_without_entries_are_left_out(tmp_path: Path) -> None:

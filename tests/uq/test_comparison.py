@@ -130,3 +130,20 @@ def test_unknown_probabilities_are_reported_as_unknown() -> None:
     first, second = pair(np.random.default_rng(4), 20, 0.0, 0.0, 0.5)
     said = comparison_lines(compare({"a": first, "b": second}, categories=[1], at=[0.02]), 1, 0.02)
     assert said == ["a: unknown, no sample was followed as far; there is nothing to compare with"]
+
+
+def test_an_unfinished_study_is_compared_in_the_samples_of_both() -> None:
+    """12 of 24 walls: 1 of them damaged, 2 in the reference; 3 of the 24 walls of the reference."""
+    damaged = np.full((2, 24), 1.0)
+    damaged[0, [3, 7, 20]] = damaged[1, 7] = -1.0
+    first, second = study(0.5, damaged[0]), study(0.5, damaged[1])
+    second["joint.tensile_strength"] = first["joint.tensile_strength"]
+    found = compare({"first": first, "second": second.isel(sample=slice(12))}, categories=[1]).isel(
+        category=0, movement=0
+    )
+    assert found["probability"].values == pytest.approx([3 / 24, 1 / 12])
+    assert found["paired_samples"].values[1] == 12
+    assert float(found["difference"][1]) == pytest.approx(1 / 12 - 2 / 12)
+    alike = compare({"first": first.isel(sample=slice(12)), "second": second.isel(sample=slice(12))}, categories=[1])
+    for name in ("difference", "difference_lower", "difference_upper"):
+        assert float(found[name][1]) == float(alike[name].isel(study=1).squeeze())
