@@ -30,7 +30,7 @@ from damagepred.one_wall.judged_path import (
     without_zone_fields,
 )
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.runtime.time_limit import time_limit
+from damagepred.runtime.time_limit import interrupts_between_kernels, time_limit
 from damagepred.scene import Damage, Dynamics, House, Movement, Scene, Solver
 from damagepred.scene.plausibility import require_possible
 from damagepred.solvers.options import SolverOptions
@@ -109,7 +109,7 @@ def solve(
     if increments is not None:
         require_count("increments", increments)
     require_one_of("on_failure", on_failure, ("raise", "return"))
-    with time_limit(limits.time):
+    with time_limit(limits.time), interrupts_between_kernels():
         return _solve(scene, increments, solver, damage, dynamics, fields, on_failure, on_step, store_zones, limits)
 
 

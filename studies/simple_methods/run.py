@@ -9,11 +9,9 @@ limits the number of walls. When all are solved it writes agreement.csv, capacit
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +26,7 @@ from damagepred.archive.files import write_whole
 from damagepred.damage import load_table
 from damagepred.enumerations import ContactKind
 from damagepred.errors import SolverError
+from damagepred.one_wall.judged_path import Step
 from damagepred.plotting.sheet import DPI
 from damagepred.results.simple_assessment import simple_category
 from studies.pages import put_in
@@ -62,8 +61,7 @@ def main() -> int:
 def path_of(case: Case, settings: dict[str, Any]) -> pd.DataFrame:
     """Return the result of each method for a wall at each increment."""
     scene = scene_of(case, settings)
-    with limited(settings["processor_seconds"]):
-        wall = solve(scene, store_zones=False, on_failure="return")
+    wall = solve(scene, store_zones=False, on_failure="return", on_step=limited(settings["processor_seconds"]))
     failed = wall.attrs["status"] == "failed"
     if failed:
         print(
@@ -95,19 +93,15 @@ def above_dpc(scene: Scene) -> float:
     return -np.inf if scene.dpc is None else (scene.dpc.course + 0.1) * scene.wall.block_height
 
 
-@contextmanager
-def limited(seconds: float) -> Iterator[None]:
-    """End a solution that takes more processor time; it then counts as failed, with the path so far."""
+def limited(seconds: float) -> Callable[[Step], None]:
+    """End a path that takes more processor time, after the increment; it then counts as failed."""
+    end = time.process_time() + seconds
 
-    def end(number: int, frame: object) -> None:
-        raise SolverError(f"took more than {seconds:g} s of processor time")
+    def check(step: Step) -> None:
+        if time.process_time() > end:
+            raise SolverError(f"took more than {seconds:g} s of processor time")
 
-    signal.signal(signal.SIGVTALRM, end)
-    signal.setitimer(signal.ITIMER_VIRTUAL, seconds, 1.0)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+    return check
 
 
 def held_on(values: np.ndarray, count: int, beyond: float | None = None) -> np.ndarray:

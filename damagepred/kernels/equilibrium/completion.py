@@ -14,12 +14,15 @@ from damagepred.kernels.linear.condensation import recover
 
 
 class Completed(NamedTuple):
-    """Result of ``complete``."""
+    """Result of ``complete``, which kernels return as a plain tuple.
 
-    within: bool  # whether displacements are below the limit of the state
-    sliding: int  # condensed interfaces that leave the elastic range
-    bond_load: float  # largest load of a bond of active and of condensed interfaces, 1 at its strength
-    condensed_load: float
+    A kernel that returns a named tuple runs Python code to do so: an interrupt there (Ctrl-C) ends the process.
+    """
+
+    within: bool = False  # whether displacements are below the limit of the state
+    sliding: int = 0  # condensed interfaces that leave the elastic range
+    bond_load: float = 0.0  # largest load of a bond of active and of condensed interfaces, 1 at its strength
+    condensed_load: float = 0.0
 
 
 @kernel
@@ -57,7 +60,8 @@ def complete(wall, state, displacement):
     """Recover condensed subtrees and the inside of blocks, find condensed interfaces that slide, fill bond loads.
 
     ``displacement`` holds the active fronts, and gets all others. ``wall.bonds`` gets ``load``, and ``slides`` of
-    condensed interfaces; ``Equilibrium.find`` makes their fronts active and seeks the equilibrium again.
+    condensed interfaces; ``Equilibrium.find`` makes their fronts active and seeks the equilibrium again. Returns the
+    values of ``Completed``.
     """
     within = within_limit(displacement, wall.freedoms.free, wall.freedoms.arms, state.limit)
     interfaces, bonds, sliding, condensed_load = wall.interfaces, wall.bonds, 0, 0.0
@@ -77,4 +81,4 @@ def complete(wall, state, displacement):
         )
         for i in interfaces.condensed:
             sliding += bonds.slides[i]
-    return Completed(within, sliding, bond_load, condensed_load)
+    return within, sliding, bond_load, condensed_load

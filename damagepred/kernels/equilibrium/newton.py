@@ -12,7 +12,7 @@ kernels/zone/superelement.
 
 import numpy as np
 
-from damagepred.kernels.equilibrium.completion import Completed, complete, store_tangent
+from damagepred.kernels.equilibrium.completion import complete, store_tangent
 from damagepred.kernels.equilibrium.line_search import MAXIMUM_STEP, line_search
 from damagepred.kernels.equilibrium.residual import controls_deflection
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
@@ -140,6 +140,6 @@ def run_newton(steps, wall, state, support_step, jack, start, best, searching):
     else:
         ratio, jack = newton(steps, wall, state, jack, start, best)
     if not ratio < wall.parameters[0].tolerance:
-        return ratio, jack, Completed(False, 0, 0.0, 0.0)
+        return ratio, jack, (False, 0, 0.0, 0.0)
     store_tangent(wall, state, support_step, best)
     return ratio, jack, complete(wall, state, best)

@@ -126,7 +126,7 @@ class Residual:
             self.superelements = Superelements(self.system, options.newton.interior_tolerance)
             loads = self.superelements.condensed_loads[0], self.superelements.condensed_loads[1]
         self.loads, self._inside = ExternalLoad(*loads), empty_state()
-        self._completed = Completed(True, 0, 0.0, 0.0)
+        self._completed = Completed(True)
         rest, supports = State.rest(model), model.supports
         self._make_components()
         elastic = self._elastic_stiffness(rest)
@@ -415,7 +415,8 @@ class Residual:
         ratio, state.jack, completed = run_newton(
             _steps(), self.wall, inside, moved, float(state.jack), begin, found, searching
         )
-        self._completed, within = completed, ratio < self.tolerance and completed.within
+        self._completed = Completed(*completed)
+        within = ratio < self.tolerance and self._completed.within
         return found, np.inf if not within and self.has_diverged(state, found) else ratio
 
     def minimise(self, state: State, tolerance: float) -> None:
@@ -637,7 +638,7 @@ class Residual:
 
     def complete(self, state: State) -> None:
         """Recover condensed fronts and the inside of blocks in the displacements of a state; fill bond loads."""
-        self._completed = complete(self.wall, self._in_state(state), self._displacement_of(state, None))
+        self._completed = Completed(*complete(self.wall, self._in_state(state), self._displacement_of(state, None)))
 
 
 class JointEnergy(NamedTuple):
