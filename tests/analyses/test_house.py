@@ -116,7 +116,7 @@ def test_contradictions_are_of_one_wall():
 
 
 def test_choices_and_rows_change_walls_by_name(tmp_path):
-    (tmp_path / "house.toml").write_text(HOUSE.replace('[variables."wall.thickness"]', '[variables."footing.depth"]'))
+    (tmp_path / "house.toml").write_text(HOUSE.replace('"wall.thickness" = {', '"footing.depth" = {'))
     options = '[[choice.option]]\nname = "thin"\n[[choice.option]]\nname = "thick"\ncost = 2\n'
     (tmp_path / "choices.toml").write_text(
         'study = "house.toml"\n[target]\nat = "30 mm"\ncategory = 2\nprobability = 0.1\n'

@@ -146,6 +146,7 @@ def test_tables_of_a_posterior() -> None:
             | {"cause_prior": (each, [0.5, 0.25]), "another_cause_prior": 0.25}
             | {"posterior_odds": (each, [3.0, np.nan]), "another_cause_odds": 0.25}
             | {"effective_samples": (each, [51.26, 4.0]), "resemblance": (each, [0.5, 0.0001])}
+            | {"resembles": (each, [True, True])}
             | {"future_probability_lower": (state, bounds)}
             | {"future_probability_upper": (state, bounds + np.array([[0.0, 0.996], [0.2, 0.004]]))}
             | {"future_known": ((each, "further"), [[1.0, 0.5], [0.25, 0.0]]), "log_evidence": (each, [0.0, 0.0])}

@@ -19,6 +19,7 @@ OF_WALLS = ["draw_wall", "draw_cracks", "draw_history"]
 
 
 def test_one_figure_takes_drawings_side_by_side(on_dpc: xr.Dataset) -> None:
+    plt.close("all")
     figure, axes = plt.subplots(2, 4, figsize=(30, 14), layout="constrained")
     for variable, ax in zip(("stress_xx", "contact_opening", "opening_width_change", "dpc_opening"), axes[1]):
         assert plotting.draw(on_dpc, variable, ax) is ax
