@@ -76,10 +76,10 @@ def test_limits_are_numbers(value: object) -> None:
 @pytest.mark.parametrize("solver", ["quasi_static", "explicit"])
 def test_a_wall_that_takes_too_long(solver: str) -> None:
     scene = Scene.from_dict({"wall": {"length": 1.2, "height": 0.6}, "solver": {"method": solver}})
-    wait = lambda step: time.sleep(0.3)  # noqa: E731
+    wait = lambda step: time.sleep(0.9)  # noqa: E731
     with pytest.raises(TimeLimitError, match="longer than its time limit"):
-        solve(scene, limits=Limits(time=0.2), on_step=wait)
-    ds = solve(scene, limits=Limits(time=0.2), on_step=wait, on_failure="return")
+        solve(scene, limits=Limits(time=0.8), on_step=wait)
+    ds = solve(scene, limits=Limits(time=0.8), on_step=wait, on_failure="return")
     assert ds.attrs["status"] == "failed"
     assert "time limit" in ds.attrs["status_message"]
 

@@ -1,6 +1,6 @@
 """Damage of a front wall alone, with returns, and in a house, on two grounds.
 
-    python studies/guidance/house/run.py [--samples 8] [--workers 1]
+    python studies/guidance/house/run.py [--samples 32] [--workers 1]
 
 Writes table.csv, damage.png and the table of the page. The same command resumes.
 """
