@@ -49,8 +49,8 @@ class GivenKeys(frozenset[str]):
     units: dict[str, str]
 
 
-FOLLOWING = ("mound.surface_movement", "movement.central_deflection", "movement.settlement", "movement.seasons.swing")
-"""Numbers determined by a soil log or seasons."""
+SIZES = ("mound.surface_movement", "movement.central_deflection", "movement.settlement")
+"""Numbers determined by a soil log or by seasons; a soil log also determines the swing of the seasons."""
 
 
 @described
@@ -501,7 +501,7 @@ class Scene:
             for thin in thin_strips(scene.wall, scene.opening):
                 raise InputError(f"{source}: {thin}.")
         log = bool(self.soil_layer)
-        for path in FOLLOWING if log or self.movement.seasons else ():
+        for path in self._following:
             given = stated
             for key in path.split("."):
                 given = (given if isinstance(given, Mapping) else getattr(given, "stated", {})).get(key)
@@ -544,10 +544,17 @@ class Scene:
 
         return next((kind for kind in (House, Scene) if reading.takes_number(kind, place.split("."))), cls)
 
+    @property
+    def _following(self) -> tuple[str, ...]:
+        """Keys of the numbers that others determine."""
+        if self.soil_layer:
+            return (*SIZES, "movement.seasons.swing")
+        return SIZES if self.movement.seasons else ()
+
     def free_tables(self) -> dict[str, Any]:
         """``to_dict`` without the numbers determined by a soil log or seasons."""
         tables = self.to_dict()
-        for path in FOLLOWING if self.soil_layer or self.movement.seasons else ():
+        for path in self._following:
             *way, key = path.split(".")
             reduce(lambda table, step: table.get(step, {}), way, tables).pop(key, None)
         return tables

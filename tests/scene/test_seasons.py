@@ -54,6 +54,16 @@ def test_jacks_do_not_pull() -> None:
 
 
 @pytest.mark.thorough
+def test_a_sampled_wall_keeps_the_swing_of_the_file() -> None:
+    """Without a soil log no other number determines the swing."""
+    seasons = {"years": 30, "swing": "48 mm", "trend": "24 mm"}
+    scene = Scene.from_dict({"mound": {"shape": "walsh"}, "movement": {"shape": "mound", "seasons": seasons}})
+    sampled = scene.with_values({"joint.friction": 0.7})
+    assert sampled.movement == scene.movement
+    assert sampled.mound.surface_movement == scene.mound.surface_movement > 40e-3
+    assert scene.with_values({"movement.seasons.swing": 0.06}).movement.seasons.swing == 0.06
+
+
 def test_each_sample_of_a_study_has_seasons_of_its_own_and_replays(tmp_path: Path) -> None:
     tables = {
         "scene": {**SMALL, "movement": {"seasons": {"years": 2, "swing": "4 mm", "increments": 2}}},
