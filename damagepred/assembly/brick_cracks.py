@@ -20,7 +20,7 @@ from damagepred.assembly.bond import Brick, may_break
 from damagepred.assembly.interfaces import whole_bricks
 from damagepred.assembly.model import Blocks, Interfaces, JointProperties, Model
 from damagepred.enumerations import ContactKind
-from damagepred.scene import BlockMaterial, Joint, Scene
+from damagepred.scene import BlockMaterial, House, Joint, Scene
 
 STIFF = 100.0
 """Stiffness of the middle of an unbroken brick over the stiffness of the brick: it adds 1 % to the flexibility."""
@@ -114,19 +114,23 @@ class BrickWatch(NamedTuple):
 
 
 def brick_cautions(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
-    """Cautions on given or sampled strengths of bricks that the model of the bricks does not read."""
-    block, solver = scene.block, scene.solver
+    """Cautions on strengths of bricks, also of the material or sampled, that the model of the bricks does not read."""
+    block, solver, default = scene.block, scene.solver, BlockMaterial()
     kinds = {solver.above_dpc or solver.blocks} | ({solver.below_dpc or solver.blocks} if scene.dpc else set())
-    given, zoned = {*(scene.given or ()), *sampled}, "deformable" in kinds
+    zoned = "deformable" in kinds
     breaks = kinds != {"deformable"} and bricks_break(scene)
     keys: tuple[str, ...] = () if breaks or zoned else ("tensile_strength", "cohesion")
     keys += () if breaks else ("fracture_energy",)
     keys += () if zoned else ("dilation",)
-    unread = [f"block.{key}" for key in keys if f"block.{key}" in given]
+    unread = [
+        f"block.{key}" for key in keys if getattr(block, key) != getattr(default, key) or f"block.{key}" in sampled
+    ]
     if kinds == {"deformable"}:
         why = "zones yield at their strength and do not soften"
     elif breaks or unread == ["block.dilation"]:
         why = "zones alone read it (solver.blocks = 'deformable')"
+    elif isinstance(scene, House):
+        why = "bricks of a house do not break"
     elif scene.dynamics is not None:
         why = "in a run in time bricks do not break"
     elif solver.brick_cracks == "none":
@@ -134,4 +138,6 @@ def brick_cautions(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
     else:
         missing = "tensile_strength" if block.tensile_strength is None else "fracture_energy"
         why = f"rigid and elastic bricks break only with block.{missing}; without it, zones alone read a strength"
-    return [f"{', '.join(unread)}: not read: {why}"] if unread else []
+    own, material = {*(scene.given or ()), *sampled}, scene.material
+    named = [place if material is None or place in own else f"{place} of {material!r}" for place in unread]
+    return [f"{', '.join(named)}: not read: {why}"] if unread else []

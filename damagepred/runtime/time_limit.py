@@ -1,11 +1,11 @@
-"""A limit to the time that one wall may take, and Ctrl-C, both watched wherever solvers iterate."""
+"""A limit to the time that one wall may take, and signals, both watched wherever solvers iterate."""
 
 from __future__ import annotations
 
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from types import FrameType
@@ -15,42 +15,43 @@ from damagepred.errors import TimeLimitError
 _LIMIT: ContextVar[tuple[float, float] | None] = ContextVar("time limit", default=None)
 """When the time is over (s, of the monotonic clock), and how long it was (s)."""
 
-_INTERRUPTED = threading.Event()
+_PENDING: dict[int, Callable[[int, FrameType | None], object]] = {}
+"""Handlers of signals that wait for the next ``check_time``, by number."""
 
 
 @contextmanager
 def interrupts_between_kernels() -> Iterator[None]:
-    """Let Ctrl-C act at the next ``check_time``, the second one at once.
+    """Let handlers of signals (Ctrl-C, timers) act at the next ``check_time``; a second signal acts at once.
 
     An exception that a handler raises while numba makes the result of a kernel is lost, or another one takes its place.
     """
-    first = signal.default_int_handler
-    if not _in_main_thread() or signal.getsignal(signal.SIGINT) is not first:
-        yield
-        return
+    known = [(int(number), signal.getsignal(number)) for number in signal.valid_signals()] if _in_main_thread() else []
+    handlers = {number: handler for number, handler in known if callable(handler)}
 
     def note(number: int, frame: FrameType | None) -> None:
-        if _INTERRUPTED.is_set():
-            first(number, frame)
-        _INTERRUPTED.set()
+        if number in _PENDING:
+            handlers[number](number, frame)
+        _PENDING[number] = handlers[number]
 
-    _INTERRUPTED.clear()
-    signal.signal(signal.SIGINT, note)
+    for number in handlers:
+        signal.signal(number, note)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, first)
-    _raise_interrupt()
+        for number, handler in handlers.items():
+            if signal.getsignal(number) is note:
+                signal.signal(number, handler)
+        _handle_pending()
 
 
 def _in_main_thread() -> bool:
     return threading.current_thread() is threading.main_thread()
 
 
-def _raise_interrupt() -> None:
-    if _INTERRUPTED.is_set() and _in_main_thread():
-        _INTERRUPTED.clear()
-        raise KeyboardInterrupt
+def _handle_pending() -> None:
+    while _PENDING and _in_main_thread():
+        number, handler = _PENDING.popitem()
+        handler(number, None)
 
 
 @contextmanager
@@ -65,8 +66,8 @@ def time_limit(seconds: float) -> Iterator[None]:
 
 
 def check_time() -> None:
-    """Check that there is time left, and no interrupt."""
-    _raise_interrupt()
+    """Check that there is time left, and let handlers of signals act."""
+    _handle_pending()
     limit = _LIMIT.get()
     if limit is not None and time.monotonic() > limit[0]:
         raise TimeLimitError(

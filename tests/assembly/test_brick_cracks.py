@@ -191,3 +191,26 @@ def test_a_strength_that_nothing_reads_is_named(block: dict[str, float], solver:
     cautions = brick_cautions(scene)
     assert said in " ".join(cautions)
     assert bool(cautions) == bool(said)
+
+
+@pytest.mark.parametrize(
+    ("material", "block", "said"),
+    [
+        ("clay brick, Dutch, 1940s", {}, ""),
+        ("calcium silicate brick, Dutch", {"tensile_strength": "none"}, ""),
+        ("calcium silicate brick, Dutch", {"fracture_energy": 60.0}, ""),
+        (
+            "calcium silicate brick, Dutch",
+            {},
+            "of 'calcium silicate brick, Dutch': not read: rigid and elastic bricks break",
+        ),
+        ("clay brick, Dutch, shear panels", {"dilation": 0.1}, "break only with block.fracture_energy"),
+    ],
+)
+def test_a_strength_of_the_library_that_nothing_reads_is_named(
+    material: str, block: dict[str, object], said: str
+) -> None:
+    tables = {"material": material, "block": block}
+    cautions = brick_cautions(Scene.from_file_tables(tables, None, "wall.toml"))  # type: ignore[arg-type]
+    assert said in " ".join(cautions)
+    assert bool(cautions) == bool(said)

@@ -71,6 +71,27 @@ def test_a_handler_of_the_caller_stays() -> None:
         signal.signal(signal.SIGINT, before)
 
 
+def test_a_timer_of_the_caller_acts_between_kernels() -> None:
+    """Its own error arrives, and its handler is set again; an exception that numba turns into another one is none."""
+    after = []
+
+    def end(number: int, frame: object) -> None:
+        raise RuntimeError("out of time")
+
+    def ring(step: object) -> None:
+        signal.raise_signal(signal.SIGTERM)
+        after.append(step)
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        with pytest.raises(RuntimeError, match="out of time"):
+            solve(SCENE, on_step=ring)
+        assert len(after) == 1
+        assert signal.getsignal(signal.SIGTERM) is end
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
 @pytest.mark.thorough
 def test_interrupts_at_random_moments_are_interrupts() -> None:
     run = subprocess.run([sys.executable, "-c", AT_RANDOM.format(path=sys.path)], capture_output=True, text=True)
