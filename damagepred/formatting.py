@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import fields
 from typing import Any
 
@@ -47,6 +48,11 @@ def quantity(value: float, unit: str, digits: int = 4) -> tuple[str, str]:
 def length(value: float, digits: int = 3) -> str:
     """Return a movement or width (m) in mm with its unit."""
     return f"{number(1e3 * value, digits)} mm" if math.isfinite(value) else "–"
+
+
+def counted(words: str, houses: bool) -> str:
+    """Words about the samples of a study, which are walls or houses."""
+    return re.sub(r"\b([Ww])all(?=s?\b)", lambda w: "House" if w[1] == "W" else "house", words) if houses else words
 
 
 def ratio(value: float) -> str:

@@ -40,7 +40,7 @@ def studies(folder: Path) -> tuple[xr.Dataset, xr.Dataset]:
 def _caveats(ds: xr.Dataset, folder: Path) -> Any:
     settings = read_frozen(StudyFolder(folder).study_text())
     (text,) = study_caveats(ds, fit_fragility(ds, bootstrap=0), settings, 6e-3).parts
-    (said,) = [line for line in text.items if line.startswith("In a wall, ")]
+    (said,) = [line for line in text.items if line.startswith("In a sample, ")]
     return float(said.split()[3])
 
 

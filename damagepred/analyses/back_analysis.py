@@ -172,13 +172,13 @@ def prices(
         counts = [max(0, min(options.replays, walls.known.sum()) - walls.stores[0].count()) for walls in opened]
         if any(counts):
             took = duration(float(np.dot(counts, seconds)))
-            sentences.append(f"replays for cracks with a place and for levels: {sum(counts)} walls, about {took}")
+            sentences.append(f"replays for cracks with a place and for levels: {sum(counts)} samples, about {took}")
     if not options.new_walls:
         return sentences
     took = duration(options.rounds * options.new_walls * sum(seconds))
     sentences.append(
-        f"new walls where fewer than {options.fewest_effective:g} samples are effective: at most {options.rounds} "
-        f"rounds of {options.new_walls} walls per study, {took} in all, and replays"
+        f"new samples where fewer than {options.fewest_effective:g} samples are effective: at most {options.rounds} "
+        f"rounds of {options.new_walls} samples per study, {took} in all, and replays"
     )
     return sentences
 
@@ -208,7 +208,7 @@ def posterior(
     logs = [each.log for each in states]
     evidence = np.array([special.logsumexp(log) if np.isfinite(log).any() else -np.inf for log in logs])
     if not np.isfinite(evidence).any():
-        raise InputError("observations: no state of any stored wall has a positive likelihood.")
+        raise InputError("observations: no state of any stored sample has a positive likelihood.")
     prior = np.array([seen.prior_odds.get(name, 1.0) for name in (*names, ANOTHER)], dtype=np.float64)
     prior /= prior.sum()
     evidence = np.append(evidence, vague_log_likelihood(seen))

@@ -258,7 +258,7 @@ def price_of_search(choices: str | Path, workers: int) -> str:
     content, built, _, settings = _read(choices)
     seconds, options = seconds_per_wall([settings[0].scene]) * len(built) / workers, _selection(content)
     return (
-        f"{len(built)} alternatives of walls like the first: {options.first} walls each to begin with, about "
+        f"{len(built)} alternatives like the first: {options.first} samples each to begin with, about "
         f"{duration(seconds * options.first)}; {options.most} each at most, about {duration(seconds * options.most)}"
     )
 

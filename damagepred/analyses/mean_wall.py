@@ -14,6 +14,7 @@ from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.enumerations import SOLVED
 from damagepred.errors import DamagepredError
 from damagepred.formatting import chance
+from damagepred.results.house import noun
 from damagepred.uq.capacity import highest_category, sample_weights
 from damagepred.uq.estimate import Estimate, probability
 from damagepred.uq.exceedance import exceedance
@@ -22,7 +23,8 @@ from damagepred.uq.intensity import chosen_intensity, intensity_values, movement
 
 def beyond_mean_wall(wall: xr.Dataset, settings: StudySettings, file: Path) -> str:
     """Sentence on the share of sampled walls with more damage than the mean wall, from the study beside the file."""
-    unknown = f"one wall without scatter; sampled walls may be worse: run `damagepred study {file.name}`"
+    of = noun(wall)
+    unknown = f"one {of} without scatter; sampled {of}s may be worse: run `damagepred study {file.name}`"
     category = int(wall["damage_category"].max())
     folder = StudyFolder(file.with_suffix(".dp"))
     try:
@@ -30,7 +32,7 @@ def beyond_mean_wall(wall: xr.Dataset, settings: StudySettings, file: Path) -> s
             return unknown
         ds = folder.results()
         if category >= highest_category(ds):
-            return "the mean wall has the highest category; no sampled wall can exceed it"
+            return f"the mean {of} has the highest category; no sampled {of} can exceed it"
         share, where = _share(ds, wall, category + 1)
     except DamagepredError:  # no wall yet, or no result at this movement
         return unknown
@@ -38,7 +40,7 @@ def beyond_mean_wall(wall: xr.Dataset, settings: StudySettings, file: Path) -> s
         return unknown
     more = category_label(ds, category + 1)
     return (
-        f"the mean wall is no worse than category {category_label(ds, category)}; of {share.samples} sampled walls in "
+        f"the mean {of} is no worse than category {category_label(ds, category)}; of {share.samples} sampled {of}s in "
         f"{folder.path.name}, a share of {chance(share.value)} ({share.confidence:.0%} interval {chance(share.lower)} "
         f"to {chance(share.upper)}) reaches category {more} or worse {where}"
     )

@@ -144,7 +144,7 @@ def price_of_portfolio(houses: str | Path, study: str | Path, workers: int, samp
     timed = sorted({0, len(all_houses) // 2, len(all_houses) - 1})
     seconds = seconds_per_wall([all_houses[k].settings.scene for k in timed])
     walls = sum(house.settings.study.samples for house in all_houses)
-    return f"{len(all_houses)} houses, {walls} walls: about {duration(seconds * walls / workers)}"
+    return f"{len(all_houses)} houses, {walls} samples: about {duration(seconds * walls / workers)}"
 
 
 def read_houses(houses: str | Path, study: str | Path, at: str, samples: int | None) -> tuple[NumberTable, list[House]]:

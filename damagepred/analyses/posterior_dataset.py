@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,7 +16,9 @@ from damagepred.analyses.stored_walls import StoredWalls
 from damagepred.archive.folder import StudyFolder
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.campaign.settings import read_frozen
-from damagepred.uq.capacity import highest_category
+from damagepred.results.house import wall_places
+from damagepred.scene.scene import archived_scene
+from damagepred.uq.capacity import highest_category, sampled
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.history import years_from
 from damagepred.uq.observations import Observations
@@ -236,6 +237,7 @@ def posterior_dataset(
         },
         {
             "title": "back-analysis",
+            **sampled(studies[0].ds),
             "observations": seen.count,
             "discrepancy_points": options.discrepancy_points,
             "fewest_effective": options.fewest_effective,
@@ -246,7 +248,7 @@ def posterior_dataset(
         },
     )
     ds = ds.merge(xr.concat(futures, "study"))
-    if any(replayed) and not any(walls.walls for walls in studies):  # an elevation of one wall
+    if any(replayed):
         ds = ds.assign(_crack_maps(studies, weights, options))
     last = [(table, series[-1]) for table, series in seen.series if series[-1].since is None]
     local = [crack for table, crack in last if table == "crack" and crack.x is not None]
@@ -256,24 +258,33 @@ def posterior_dataset(
         ds = ds.assign({name: ("observed", np.array(v), {"units": "m"}) for name, v in zip(names, zip(*places))})
         ways = [">" if crack.wider_than else "<" if crack.narrower_than else "" for crack in local]
         ds = ds.assign(observed_limit=("observed", ways))
+        if studies[0].walls:
+            ds = ds.assign(observed_wall=("observed", [crack.wall for crack in local]))
     if levels := [level for table, level in last if table == "level"]:
         ends = np.array([(each.x, each.y, each.to_x, each.to_y, each.difference) for each in levels]).T
         parts = ("x", "y", "to_x", "to_y", "difference")
         ds = ds.assign({f"level_{part}": ("level", v, {"units": "m"}) for part, v in zip(parts, ends)})
+        if studies[0].walls:
+            for number, key in enumerate(("level_wall", "level_to_wall")):
+                ds[key] = "level", [each.ends[number][0] for each in levels]
     return ds
 
 
 def _crack_maps(
     studies: Sequence[StoredWalls], weights: Sequence[FloatArray], options: InferenceOptions
 ) -> dict[str, tuple[Any, ...]]:
-    """Probability that a crack runs through each cell, for each study, and the middles of the cells."""
-    walls = [tomllib.loads(str(study.ds.attrs["scene"]))["wall"] for study in studies]
-    cell = options.map_cell
-    rows, columns = (max(1, int(np.ceil(max(w[key] for w in walls) / cell))) for key in ("height", "length"))
+    """Probability that a crack runs through each cell of the elevation, for each study, and middles of the cells."""
+    scenes, cell = [archived_scene(study.ds.attrs) for study in studies], options.map_cell
+    places = [wall_places(scene) for scene in scenes]
+    ends = np.concatenate([p + [(s.wall.length, s.wall.height) for s in c.scenes] for p, c in zip(places, scenes)])
+    low = min(float(place[:, 1].min()) for place in places)
+    columns, rows = (max(1, int(np.ceil(end / cell))) for end in ends.max(axis=0) - (0.0, low))
     shape = rows, columns
     limits = options.map_width, shape, options.negligible
-    maps = [each.crack_map(weight, cell, *limits) for each, weight in zip(studies, weights)]
+    walls = zip(studies, weights, places)
+    maps = [each.crack_map(weight, cell, *limits, place - (0.0, low)) for each, weight, place in walls]
     middle = [(np.arange(n) + 0.5) * cell for n in shape]
+    middle[0] += low
     return {
         "crack_probability": (("study", "map_y", "map_x"), np.array(maps), {"wider_than": options.map_width}),
         "map_y": ("map_y", middle[0], {"units": "m"}),

@@ -43,6 +43,8 @@ from damagepred.uq.observations import (
 )
 from damagepred.uq.survey_likelihood import CrackPrediction, Fit, series_fit
 
+ORIGIN = np.zeros((1, 2))
+"""Place of one wall on a crack map (m)."""
 PARTS = {"wall": (WALL,), "below_dpc": (BELOW_DPC,), "dpc": (DPC_OPENING, DPC_SLIP)}
 
 
@@ -393,16 +395,24 @@ class StoredWalls:
         return np.asarray(self.ds[name].values, dtype=np.float64)
 
     def crack_map(
-        self, weight: FloatArray, cell: float, wider: float, shape: tuple[int, int], negligible: float
+        self,
+        weight: FloatArray,
+        cell: float,
+        wider: float,
+        shape: tuple[int, int],
+        negligible: float,
+        places: FloatArray = ORIGIN,
     ) -> FloatArray:
-        """Probability that a crack wider than a limit (m) runs through each cell, array (y, x)."""
+        """Probability that a crack wider than a limit (m) runs through each cell, array (y, x); ``places`` of walls."""
         probability = np.zeros(shape[0] * shape[1])
-        share = weight.sum(axis=1)
+        share, starts = weight.sum(axis=1), np.array([*self.left.values()][1:] or [0.0])
         for sample in np.flatnonzero(share > negligible * share.sum()):
             replayed = self.replayed(int(sample))
             open_ = replayed.width > wider
-            row = np.minimum((replayed.y[open_] / cell).astype(np.int64), shape[0] - 1)
-            column = np.minimum((replayed.x[open_] / cell).astype(np.int64), shape[1] - 1)
+            x, y = replayed.x[open_], replayed.y[open_]
+            wall = np.searchsorted(starts - 0.5 * SPACING, x, side="right") - 1
+            row = np.minimum(((y + places[wall, 1]) / cell).astype(np.int64), shape[0] - 1)
+            column = np.minimum(((x - starts[wall] + places[wall, 0]) / cell).astype(np.int64), shape[1] - 1)
             states = np.unique(np.stack((row * shape[1] + column, replayed.step[open_])), axis=1)
             np.add.at(probability, states[0], weight[sample, states[1]])
         return probability.reshape(shape)

@@ -12,7 +12,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError, nearest
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.uq.capacity import category_number, require_categories
+from damagepred.uq.capacity import category_number, require_categories, sampled
 from damagepred.uq.fragility import movement_measure, read_capacities
 from damagepred.uq.sensitivity import sensitivity_indices
 
@@ -133,4 +133,5 @@ def study_sensitivity(
         share_censored=walls.censored,
         samples_failed=int((ds["status"].values == SampleStatus.FAILED).sum()),
         bootstrap_samples=resamples,
+        **sampled(ds),
     )

@@ -15,6 +15,7 @@ from damagepred.archive.cautions import STUDIED, study_cautions
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
 from damagepred.enumerations import SOLVED, SampleStatus
+from damagepred.formatting import counted
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.exceedance import category_capacities, estimate_exceedance
 from damagepred.uq.movement_distribution import SITE
@@ -65,7 +66,7 @@ def study_status(path: str | Path) -> StudyStatus:
     """Status of a study folder, finished or running."""
     folder = StudyFolder(path)
     ds = folder.results(READ)
-    state = ds["status"].values
+    state, houses = ds["status"].values, "damaged_walls" in ds
     total, failed = len(state), int((state == SampleStatus.FAILED).sum())
     remaining = int((state == SampleStatus.MISSING).sum())
     each, weighted, limits = np.nan, np.nan, np.empty(0)
@@ -87,8 +88,8 @@ def study_status(path: str | Path) -> StudyStatus:
         limits=limits.tolist(),
         failures=[(sample, str(record["reason"]), str(record["message"])) for sample, record in records],
         categories=_category_shares(ds),
-        cautions=[*study_cautions(ds), *mixture(ds)],
-        houses="damaged_walls" in ds,
+        cautions=[counted(said, houses) for said in (*study_cautions(ds), *mixture(ds))],
+        houses=houses,
     )
 
 

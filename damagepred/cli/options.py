@@ -136,12 +136,12 @@ DOING = {
     "status": "reading the study",
     "verify": "checking files, and solving walls again where asked",
     "repair": "checking and repairing files",
-    "rare": "solving walls of the levels",
+    "rare": "solving the levels",
     "estimate": "reading the study and estimating",
     "compare": "reading the studies and comparing them",
     "infer": "reading the studies and the observations",
-    "design": "pricing the search: solving one wall",
-    "portfolio": "reading the houses, pricing the run with three walls, and drawing",
+    "design": "pricing the search: solving one sample",
+    "portfolio": "reading the houses, pricing the run with three of them, and drawing",
     "fragility": "fitting curves, their bands and their goodness",
     "export": "reading, fitting and writing",
     "sensitivity": "reading the walls and resampling them",
@@ -206,7 +206,7 @@ def keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None = None) -> 
     if plot is not None:
         from damagepred.plotting import save_wall_pictures
 
-        with terminal.doing("drawing the wall"):
+        with terminal.doing("drawing the result"):
             say_pictures(save_wall_pictures(ds, plot))
 
 

@@ -60,7 +60,8 @@ def compare(
     """Compare studies: change of a probability of damage by each measure, with the same samples."""
     from damagepred.cli.sentences import comparison_lines
     from damagepred.errors import InputError
-    from damagepred.results.house import study_of
+    from damagepred.formatting import counted
+    from damagepred.results.house import is_house, study_of
     from damagepred.uq.capacity import category_number
     from damagepred.uq.comparison import compare as compare_studies
     from damagepred.uq.movement_distribution import movement_distribution
@@ -76,7 +77,7 @@ def compare(
     comparison = compare_studies(studies, categories=[category], at=[movement], confidence=confidence)
     if json:
         terminal.print_json(comparison)
-    terminal.say(f"P(category >= {category} at {movement.words})")
+    terminal.say(f"P(category >= {category} at {counted(movement.words, any(map(is_house, studies.values())))})")
     terminal.lines(comparison_lines(comparison, category, float(comparison["movement"][0])))
     if movement.assumption:
         terminal.note(movement.assumption)
@@ -342,7 +343,7 @@ def report(
     from damagepred.report import write_report
     from damagepred.uq.movement_distribution import movement_distribution
 
-    with terminal.Bar("solving a typical wall again") as bar:
+    with terminal.Bar("solving a typical sample again") as bar:
         place = write_report(
             path,
             output,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from damagepred.formatting import duration
+from damagepred.formatting import counted, duration
 
 if TYPE_CHECKING:
     from damagepred.analyses.epistemic import Alternative
@@ -87,7 +87,7 @@ def estimate_lines(
     first, noun = alternatives[0].found, _noun(houses)
     e, said = first.estimate, []
     movement = as_distribution(at)
-    where = f"{1e3 * at:g} mm" if isinstance(at, float) else movement.words
+    where = f"{1e3 * at:g} mm" if isinstance(at, float) else counted(movement.words, houses)
     question = f"P(category >= {category} at {where})"
     if np.isnan(e.value):
         return [
@@ -233,9 +233,9 @@ def surface_lines(surface: xr.Dataset) -> list[str]:
     better = "with" if surface.attrs["aic_with"] < surface.attrs["aic_without"] else "without"
     said = []
     if status == EXTRAPOLATED:
-        said.append("the medians lie beyond the largest movement of the walls: lower bounds, the surface ends there")
+        said.append("the medians lie beyond the largest movement of the samples: lower bounds, the surface ends there")
     if "share_at_start" in surface and (start := float(surface["share_at_start"])) > 0:
-        said.append(f"{start:.2g} of the walls reached it before any movement; medians are of the others")
+        said.append(f"{start:.2g} of the samples reached it before any movement; medians are of the others")
     return [
         *said,
         f"{what}: the median goes with {power} {slope}; dispersion {dispersion}, without it "

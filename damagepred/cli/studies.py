@@ -38,15 +38,17 @@ def study(
     from damagepred.campaign.settings import StudySettings
     from damagepred.campaign.stopping import run_until
     from damagepred.cli.sentences import ending_lines
+    from damagepred.formatting import counted
+    from damagepred.scene import House
     from damagepred.study import Study
 
     settings = StudySettings.from_toml(file).with_samples(samples, seed)
-    folder = output or file.with_suffix(".dp")
+    folder, houses = output or file.with_suffix(".dp"), isinstance(settings.scene, House)
     _ask_back(settings.scene, settings)
     _say_ground(settings.mean_wall()[0] if settings.scene.soil_layer else settings.scene, settings)
     with ExitStack() as open_until_the_end:
         client = open_until_the_end.enter_context(connect_dask_scheduler(scheduler)) if scheduler else None
-        bar = open_until_the_end.enter_context(terminal.StudyBar())
+        bar = open_until_the_end.enter_context(terminal.StudyBar(houses))
         ending = run_until(
             Study(settings, Limits.asked(yes, timeout)),
             folder,
@@ -60,17 +62,15 @@ def study(
         )
     summary = ending.summary
     if settings.study.stop_when is not None or ending.reason == "time":
-        terminal.lines(ending_lines(ending, settings.study.stop_when))
+        terminal.lines(counted(line, houses) for line in ending_lines(ending, settings.study.stop_when))
     if ending.reason == "time":
         summary = replace(summary, total=summary.done, interrupted=False)
     word = "interrupted" if summary.interrupted else "complete"
-    terminal.say(
-        f"{folder}: {word}, {summary.done} of {summary.total} walls done, {summary.failed} failed, "
-        f"{summary.seconds:.1f} s this time"
-    )
-    terminal.cautions(study_cautions(StudyFolder(folder).results(STUDIED)))
+    done = f"{summary.done} of {summary.total} {bar.noun} done, {summary.failed} failed"
+    terminal.say(f"{folder}: {word}, {done}, {summary.seconds:.1f} s this time")
+    terminal.cautions([counted(line, houses) for line in study_cautions(StudyFolder(folder).results(STUDIED))])
     if summary.interrupted:
-        terminal.say("all finished walls are stored; the same command goes on from here")
+        terminal.say(f"all finished {bar.noun} are stored; the same command goes on from here")
         raise Exit(opt.INTERRUPTED)
     if summary.failed:
         terminal.say(f"reasons of the failures: {folder / 'failures'}", error=True)
@@ -153,6 +153,8 @@ def rare(
     from damagepred.assembly import Limits
     from damagepred.campaign.settings import StudySettings
     from damagepred.cli.sentences import rare_lines
+    from damagepred.formatting import counted
+    from damagepred.scene import House
     from damagepred.uq.capacity import numbered_category
 
     movement, settings = terminal.quantity("--at", at, "m"), StudySettings.from_toml(file).with_samples(None, seed)
@@ -177,7 +179,8 @@ def rare(
     )
     if json:
         terminal.print_json(result)
-    terminal.lines(rare_lines(result, question))
+    houses = isinstance(settings.scene, House)
+    terminal.lines(counted(line, houses) for line in rare_lines(result, question))
     if result.failed:
         raise Exit(opt.SOME_FAILED)
 
@@ -198,7 +201,7 @@ def design_command(
     from damagepred.cli import tables
 
     terminal.note(price_of_search(file, workers))
-    with terminal.ReplayBar("solving walls of alternatives") as bar:
+    with terminal.ReplayBar("solving alternatives") as bar:
         search = search_design(
             file,
             folder or file.with_suffix(".design"),
@@ -234,10 +237,10 @@ def portfolio_command(
     if table is not None and table.suffix == ".gpkg":
         map_columns(read_number_table(houses).names, table, crs)
     terminal.note(price_of_portfolio(houses, file, workers, samples, at))
-    with terminal.doing("solving walls") as activity:
+    with terminal.doing("solving houses") as activity:
 
         def on_house(number: int, count: int, name: str) -> None:
-            activity[0] = f"solving walls of {name}, house {number} of {count}"
+            activity[0] = f"solving {name}, house {number} of {count}"
 
         street = assess_portfolio(
             houses,

@@ -13,9 +13,10 @@ from damagepred.archive.cautions import wall_cautions
 from damagepred.archive.schema import CATEGORIES, category_label, flag_name
 from damagepred.cli import terminal
 from damagepred.cli.sentences import status_lines, zones_lines
+from damagepred.formatting import counted
 from damagepred.report.answers import posterior_answer
 from damagepred.results import tables
-from damagepred.results.house import is_house
+from damagepred.results.house import is_house, noun
 from damagepred.results.rejudge import footing_gap_note, measure_in_words
 from damagepred.results.tables import Column, Table, most_damaged_first, path_columns
 from damagepred.uq.capacity import sample_weights
@@ -82,7 +83,7 @@ def design_search(search: xr.Dataset) -> None:
     if np.nanmax(doubt) > 0:
         most = f"{np.nanmax(doubt):{digits}} of '{search['alternative'].values[np.nanargmax(doubt)]}' at most"
         count_as = "need the dearest repair" if by_cost else "be damaged"
-        terminal.say(f"walls that failed, or were not followed as far, are taken to {count_as}: {most}")
+        terminal.say(f"samples that failed, or were not followed as far, are taken to {count_as}: {most}")
     chosen = search.attrs["chosen"]
     terminal.say(f"chosen: {chosen}" if chosen else "no alternative is known to meet the target")
     if by_cost:
@@ -104,13 +105,13 @@ def portfolio(street: xr.Dataset, most: int = 20) -> None:
         + [_chance_with_interval(one.sel(category=c)) for c in categories]
         for one in (street.isel(house=int(k)) for k in shown)
     ]
-    heads = ("house", str(street.attrs["measure"]), "walls", "failed", *(f"P(>= {c})" for c in categories))
+    heads = ("house", str(street.attrs["measure"]), "samples", "failed", *(f"P(>= {c})" for c in categories))
     terminal.table(f"{street.attrs['title']}: {len(order)} houses", heads, rows)
     if len(shown) < len(order):
         terminal.say(f"{len(order) - len(shown)} houses with less likely damage are not shown; --full shows them")
     for c, column in zip(categories, probability.T):
         unknown = int(np.isnan(column).sum())
-        also = f"; unknown for {unknown}, whose walls were not followed as far" if unknown else ""
+        also = f"; unknown for {unknown}, whose samples were not followed as far" if unknown else ""
         expected = f"{np.nansum(column):.3g} houses to be expected of {len(order) - unknown}"
         terminal.say(f"category {c} or worse: {expected}{also}")
 
@@ -166,7 +167,7 @@ def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
     title = str(before.attrs.get("title", ""))
     if "sample" in before["damage_category"].dims:
         columns = tables.worst_category_columns({"before": before, "after": after})
-        terminal.show(Table.brief(f"{title}: walls by the worst category of their path", columns))
+        terminal.show(Table.brief(f"{title}: {noun(before)}s by the worst category of their path", columns))
     else:
         was = [category_label(before, int(c)) for c in before["damage_category"].values]
         columns = path_columns(after)
@@ -217,21 +218,23 @@ def fragility_table(curves: xr.Dataset) -> None:
     if not terminal.FORM.full:
         for category, why in zip(curves["category"].values, curves["fit_status"].values):
             if why not in WITH_CURVE:
-                terminal.say(f"category {category}: {why}")
+                terminal.say(counted(f"category {category}: {why}", is_house(curves)))
     terminal.say(f"categories by the {measure_in_words(curves)}")
     terminal.lines(tables.curve_notes(curves))
 
 
 def year_table(ds: xr.Dataset, confidence: float) -> None:
     """Print the probability of each category by year, of the worst category up to then and of the present one."""
-    terminal.show(Table.brief(f"{ds.attrs['title']}: share of walls by year", tables.year_columns(ds, confidence)))
+    terminal.show(
+        Table.brief(f"{ds.attrs['title']}: share of {noun(ds)}s by year", tables.year_columns(ds, confidence))
+    )
 
 
 def sensitivity_tables(indices: xr.Dataset) -> None:
     """Print the sensitivity of a study's damage to its inputs."""
-    title = f"{indices.attrs['title']}: {indices.attrs['output']}, {indices.attrs['walls']} walls"
+    title = f"{indices.attrs['title']}: {indices.attrs['output']}, {indices.attrs['walls']} {noun(indices)}s"
     terminal.show(Table.brief(title, tables.sensitivity_columns(indices)))
     if share := indices.attrs["share_censored"]:
-        terminal.say(f"{share:.0%} of the walls had not reached it: they share the highest ranks")
+        terminal.say(f"{share:.0%} of the {noun(indices)}s had not reached it: they share the highest ranks")
     if indices.attrs["samples_failed"]:
-        terminal.say(f"{indices.attrs['samples_failed']} failed walls count as far as they were followed")
+        terminal.say(f"{indices.attrs['samples_failed']} failed {noun(indices)}s count as far as they were followed")

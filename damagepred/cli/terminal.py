@@ -426,9 +426,10 @@ class Bar(_Progress):
 class StudyBar(_Progress):
     """Progress of a study: done, failed, remaining time. Without a terminal, a line now and then."""
 
-    def __init__(self) -> None:
-        super().__init__("walls", "[red]{task.fields[failed]} failed[/]", "{task.fields[left]}", transient=False)
-        self._activity[0] = "preparing the walls"
+    def __init__(self, houses: bool = False) -> None:
+        self.noun = "houses" if houses else "walls"
+        super().__init__(self.noun, "[red]{task.fields[failed]} failed[/]", "{task.fields[left]}", transient=False)
+        self._activity[0] = f"preparing the {self.noun}"
         self._task: Any = None
         self._spoke = -math.inf
 
@@ -438,7 +439,7 @@ class StudyBar(_Progress):
 
         if self._task is None:
             self._task = self._progress.add_task("", total=state.total, completed=state.done, failed=0, left="")
-        self._activity[0] = f"solving walls, {state.done} of {state.total} done"
+        self._activity[0] = f"solving {self.noun}, {state.done} of {state.total} done"
         if state.just_failed:
             say(state.just_failed, error=True)
         remaining = state.done < state.total and math.isfinite(state.seconds_left)
@@ -448,7 +449,7 @@ class StudyBar(_Progress):
             return
         if time.monotonic() - self._spoke > 10 or state.done == state.total:
             self._spoke = time.monotonic()
-            _err.print(f"{state.done} of {state.total} walls, {state.failed} failed{', ' + left if left else ''}")
+            _err.print(f"{state.done} of {state.total} {self.noun}, {state.failed} failed{', ' + left if left else ''}")
 
 
 class ReplayBar(_Progress):
@@ -466,5 +467,5 @@ class ReplayBar(_Progress):
         self._progress.update(self._task, completed=done, total=total, left=f"about {duration(left)} left")
 
     def walls(self, state: StudyProgress) -> None:
-        """Show the number of new walls done."""
-        self._progress.update(self._task, completed=state.done, total=state.total, left="new walls")
+        """Show the number of new samples done."""
+        self._progress.update(self._task, completed=state.done, total=state.total, left="new samples")

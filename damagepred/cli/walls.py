@@ -60,9 +60,9 @@ def check(
     if plot is not None:
         from damagepred.plotting.pictures import save_scene_picture
 
-        with terminal.doing("drawing the wall and its ground"):
+        with terminal.doing("drawing the scene"):
             terminal.note(f"drew {save_scene_picture(settings.mean_wall()[0] if settings else described, plot)}")
-    with terminal.Bar("solving one wall to price the run") as bar:
+    with terminal.Bar("solving one sample to price the run") as bar:
         estimate = estimate_cost(file, on_step=bar.step, limits=Limits.asked(yes))
     without = ["cautions", "accuracy", "ground", "site", "wall", "moving", "sampled"]
     terminal.answer(estimate, lambda cost: terminal.lines(cost_lines(cost, full)), without)
@@ -90,7 +90,7 @@ def solve(
     if settings is not None:
         described, mean_wall = settings.mean_wall()
     count = described.movement.increment_count if described.dynamics is None else described.dynamics.outputs
-    with terminal.Bar("solving the wall", count + 1) as bar:
+    with terminal.Bar("solving the path", count + 1) as bar:
         ds = solve_wall(
             described,
             on_failure="return",

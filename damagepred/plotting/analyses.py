@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.path import Path
 
 from damagepred.analyses.posterior_tables import measures, odds_in_words
 from damagepred.archive.schema import flag_name
@@ -18,7 +19,9 @@ from damagepred.inputs.arguments import checked
 from damagepred.plotting import sheet
 from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES, OPENING_STYLES, RANK_COLOURS, SHARE_COLOURS
 from damagepred.plotting.rig import draw_bricks
+from damagepred.results.house import noun, wall_places
 from damagepred.results.tables import most_damaged_first
+from damagepred.scene import House
 from damagepred.scene.scene import archived_scene
 from damagepred.uq.capacity import category_number
 from damagepred.uq.intensity import movement_words
@@ -128,7 +131,7 @@ def draw_sensitivity(shares: xr.Dataset, axes: Sequence[Axes] | None = None) -> 
     lower.set_xlim(min(-0.05, lower.get_xlim()[0]), max(1.05, lower.get_xlim()[1]))
     title = sheet.title_of(shares, "sensitivity")
     censored = float(shares.attrs.get("share_censored", 0.0))
-    what = f"{shares.attrs.get('output', '')}; {int(shares.attrs['walls'])} walls"
+    what = f"{shares.attrs.get('output', '')}; {int(shares.attrs['walls'])} {noun(shares)}s"
     what += f", {censored:.0%} of all had not reached it" if censored >= 0.005 else ""
     bars = f"bars: {float(shares.attrs['confidence']):.0%} intervals"
     sheet.set_title(upper, title[:1].upper() + title[1:], f"{what}; {bars}")
@@ -273,7 +276,7 @@ def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None
     sheet.require(posterior, ("posterior", "movement", "movement_measure", "posterior_odds"), "a back-analysis")
     axes = sheet.several_or_new(axes, 2 if "crack_probability" in posterior else 1, 8.0, 7.5)
     shown, largest = measures(posterior), posterior["movement_largest"].values
-    warning = "" if posterior["resembles"].values.any() else "NO STORED WALL RESEMBLES THE OBSERVATIONS"
+    warning = "" if posterior["resembles"].values.any() else "NO STORED SAMPLE RESEMBLES THE OBSERVATIONS"
     if "until" in posterior:
         _draw_history(posterior, axes[0], warning)
         return [*axes[:1], *(_draw_map(posterior, ax) for ax in axes[1:])]
@@ -332,34 +335,50 @@ def _draw_history(posterior: xr.Dataset, ax: Axes, warning: str) -> None:
 def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
     """Draw the probability of cracks over the bricks of the most probable cause, observed cracks and levels."""
     cause = posterior.isel(study=int(posterior["cause_posterior"].values.argmax()))
-    cracked = cause["crack_probability"]
+    cracked, size, places = cause["crack_probability"], sheet.small(ax), {"": np.zeros(2)}
+    faces = np.empty((0, 4, 2))
     if "study_scene" in cause:  # older results have no wall
         scene = archived_scene({"scene": cause["study_scene"].item()})
-        draw_bricks(ax, [rectangle(*brick[:4]) for brick in lay_bricks(scene)])
+        places = dict(zip(scene.names if isinstance(scene, House) else places, wall_places(scene)))
+        walls = list(zip(places.values(), scene.scenes))
+        draw_bricks(ax, [np.array(rectangle(*brick[:4])) + at for at, one in walls for brick in lay_bricks(one)])
+        faces = np.array([rectangle(*at, *np.add(at, (one.wall.length, one.wall.height))) for at, one in walls])
     # transparent at probability 0, over the bricks
     shades = LinearSegmentedColormap.from_list("cracks", ["#b3152b00", "#b3152bff"])
     looks: dict[str, Any] = {"vmin": 0.0, "vmax": 1.0, "cmap": shades, "shading": "nearest", "zorder": 2}
     mesh = ax.pcolormesh(cause["map_x"], cause["map_y"], cracked, **looks)
     ax.figure.colorbar(mesh, ax=ax, label="probability of a crack", shrink=0.7)
-    if "study_scene" in cause:  # cells of the map reach beyond the wall
-        ax.axis((0.0, scene.wall.length, 0.0, scene.wall.height))
-    middle, size = np.mean(ax.get_ylim()), sheet.small(ax)
+    if len(faces):  # cells of the map reach beyond the walls
+        outlines = (Path([*face, face[0]], closed=True) for face in faces)
+        mesh.set_clip_path(Path.make_compound_path(*outlines), ax.transData)
+        ax.axis(np.stack((faces.min(axis=(0, 1)), faces.max(axis=(0, 1)))).T.ravel())
+    for name, at in zip(places if "" not in places else (), faces[:, 3]):
+        ax.annotate(name, at, (0, 3), textcoords="offset points", fontsize=size)
+
+    def shown(start: str, wall: str) -> list[list[float]]:
+        local = np.column_stack([posterior[f"{start}{axis}"].values for axis in "xy"])
+        return (local + [places[name] for name in posterior[wall].values] if wall in posterior else local).tolist()
+
+    middle = np.mean(ax.get_ylim())
     style: dict[str, Any] = {"ha": "center", "va": "center", "bbox": _LABEL, "fontsize": size, "zorder": 6}
-    names = ("observed_x", "observed_y", "observed_width", "observed_limit")
-    marks = sorted(zip(*(posterior[name].values.tolist() for name in names if name in posterior)))
-    for k, (x, y, width, limit) in enumerate(marks):
+    names = ("observed_width", "observed_limit")
+    seen = [posterior[name].values.tolist() for name in names if name in posterior]
+    marks = sorted(zip(shown("observed_", "observed_wall"), *seen)) if seen else []
+    for k, ((x, y), width, limit) in enumerate(marks):
         ax.plot(x, y, marker="o" if width else "x", color="black", fillstyle="none", markersize=9, zorder=5)
         words = f"{limit} {sheet.plain_number(width * sheet.MM)} mm".strip() if width else "no crack"
         # neighbours at different heights, all inside the wall
         place = (0, (1 if y < middle else -1) * (16, 32)[k % 2])
         ax.annotate(words, (x, y), place, textcoords="offset points", **style)
-    ends = ("x", "y", "to_x", "to_y", "difference") if "level_x" in posterior else ()
-    levels = [posterior[f"level_{end}"].values.tolist() for end in ends]
-    for x, y, to_x, to_y, difference in zip(*levels):
-        ax.plot([x, to_x], [y, to_y], color=OPENING_STYLES[0][0], marker="|", linestyle="--", linewidth=1.2, zorder=4)
+    ends = [shown(f"level_{to}", f"level_{to}wall") for to in ("", "to_")] if "level_x" in posterior else [[], []]
+    levels = posterior["level_difference"].values if "level_x" in posterior else []
+    for start, end, difference in zip(*ends, levels):
+        ax.plot(*zip(start, end), color=OPENING_STYLES[0][0], marker="|", linestyle="--", linewidth=1.2, zorder=4)
         words, at_end = f"{difference * sheet.MM:+.3g} mm", {**style, "ha": "right", "color": OPENING_STYLES[0][0]}
-        ax.annotate(words, (to_x, to_y), (0, 8), textcoords="offset points", **at_end)
+        ax.annotate(words, tuple(end), (0, 8), textcoords="offset points", **at_end)
     sheet.elevation(ax)
+    if "" not in places:
+        ax.set_axis_off()
     limit = float(cracked.attrs["wider_than"]) * sheet.MM
     observed = "; circles: observed widths, crosses: no crack" if marks else ""
     observed += "; dashed: observed difference of levels" if levels else ""

@@ -15,10 +15,11 @@ from matplotlib.ticker import FixedLocator, FuncFormatter
 from damagepred.archive.schema import flag_name
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage import construction_limits
-from damagepred.formatting import ratio
+from damagepred.formatting import counted, ratio
 from damagepred.inputs.arguments import checked
 from damagepred.plotting import sheet
 from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES
+from damagepred.results.house import is_house, noun
 from damagepred.results.tables import DOUBTFUL
 from damagepred.scene.site import site_classes
 from damagepred.uq.fragility.describe import median_lower_bound
@@ -155,7 +156,7 @@ def _parameters(curve: xr.Dataset, largest: float, scale: float, in_metres: bool
     if np.isfinite(bound) or median > largest:
         return f"median beyond {shown(bound if np.isfinite(bound) else largest)}, to which walls were moved"
     if not np.isfinite(median):
-        return "fewer than half of the walls reached it"
+        return "fewer than half of the samples reached it"
     scatter = float(curve["dispersion"])
     return f"median {shown(median)}" + (f", dispersion {scatter:.2f}" if np.isfinite(scatter) else "")
 
@@ -247,7 +248,7 @@ def _title(curves: xr.Dataset) -> tuple[str, str]:
     if "empirical" in curves:
         what = "points" if "movements" in curves.attrs else "steps"
         parts.append(f"{what}: shares of the walls, no form given")
-    return title[:1].upper() + title[1:], "; ".join(parts)
+    return title[:1].upper() + title[1:], counted("; ".join(parts), is_house(curves))
 
 
 def _draw_surface(surface: xr.Dataset, ax: Axes | None) -> Axes:
@@ -289,7 +290,7 @@ def _draw_surface(surface: xr.Dataset, ax: Axes | None) -> Axes:
         sheet.legend_below(ax, handles, 3, 0.6, left=True)
     title = sheet.title_of(surface, "fragility surface")
     failed = int(surface.attrs.get("samples_failed", 0))
-    walls = f"{int(surface.attrs['samples'])} walls" + (f", {failed} of them failed" if failed else "")
+    walls = f"{int(surface.attrs['samples'])} {noun(surface)}s" + (f", {failed} of them failed" if failed else "")
     sheet.set_title(ax, title[:1].upper() + title[1:], f"{category} or worse; {walls}{_explained(surface)}")
     return ax
 

@@ -17,6 +17,7 @@ from damagepred.inputs.arguments import checked
 from damagepred.plotting import sheet
 from damagepred.plotting.categories import highest_of, name_of, not_reached, shade_bands, table_of, width_scale
 from damagepred.plotting.colours import CATEGORY_COLOURS, FOOTING_GAP_COLOUR
+from damagepred.results.house import noun
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.intensity import movement_measure, movement_words
 
@@ -89,13 +90,14 @@ def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
     if not variable.endswith(("_max", "_worst", "_width")):  # a number that may fall is unknown beyond the path's end
         values = shown
     weight = sample_weights(ds)
+    wall = noun(ds)
     strength = float(np.clip(12.0 / len(values), 0.04, 0.5))
     lines = (np.column_stack((x, row)) for row in shown)
-    sheet.add_lines(ax, lines, colors="0.15", linewidths=0.6, alpha=strength, zorder=2, label="each wall")
-    handles = [Line2D([], [], color="0.5", linewidth=0.8, label="each wall")]
+    sheet.add_lines(ax, lines, colors="0.15", linewidths=0.6, alpha=strength, zorder=2, label=f"each {wall}")
+    handles = [Line2D([], [], color="0.5", linewidth=0.8, label=f"each {wall}")]
     style: dict[str, Any] = {"color": "#0072b2", "linewidth": 2.0, "zorder": 4}
     for share, dashes in ((0.9, "--"), (0.5, "-"), (0.1, ":")):
-        label = "median" if share == 0.5 else f"{share:.0%} of the walls below"
+        label = "median" if share == 0.5 else f"{share:.0%} of the {wall}s below"
         handles += ax.plot(x, quantile(values, share, weight), dashes, label=label, **style)
     for name, colour, label in (
         ("crack_band_width_max", "#d55e00", "median, widest crack band"),
@@ -183,7 +185,7 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.set_xlim(float(x[0]), float(x[-1]) or 1.0)
     ax.set_ylim(0.0, 1.0)
     sheet.label_movement(ax, movement_words(ds))
-    ax.set_ylabel("share of the walls")
+    ax.set_ylabel(f"share of the {noun(ds)}s")
     sheet.legend_below(ax, ax.get_legend_handles_labels()[0])
     what = f"highest category reached up to each movement{not_reached(ds, int(paths.category.max()))}"
     sheet.set_title(ax, sheet.title_of(ds, "study"), f"{count_walls(ds)}; {what}")
@@ -195,4 +197,5 @@ def count_walls(ds: xr.Dataset) -> str:
     status = ds["status"].values
     words = {SampleStatus.COLLAPSED: "collapsed", SampleStatus.FAILED: "failed", SampleStatus.MISSING: "not run yet"}
     counts = [(int((status == value).sum()), word) for value, word in words.items()]
-    return ", ".join([f"{len(status)} walls", *(f"{count} {word}" for count, word in counts if count)])
+    said = [f"{len(status)} {noun(ds)}s", *(f"{count} {word}" for count, word in counts if count)]
+    return ", ".join(said)

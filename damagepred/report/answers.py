@@ -48,7 +48,7 @@ def comparison_answer(comparison: xr.Dataset, category: int, movement: float) ->
         said = [f"No measure is sure to lower the probability of category {category} or worse from {before}"]
     if not sure and float(chosen["probability"].max()) == 0.0:
         most = chance(float(chosen["probability_upper"].max()))
-        said = [f"No wall of the studies reached category {category}; its probability is at most {most} in each"]
+        said = [f"No sample of the studies reached category {category}; its probability is at most {most} in each"]
     if len(sure) > 1:
         parts = float(upper.sel(study=sure[0])) < float(chosen["difference_lower"].sel(study=order[1:]).min())
         unknown = "Their intervals overlap: which of them helps most is not known"
@@ -63,7 +63,7 @@ def posterior_answer(posterior: xr.Dataset) -> str:
     """Answer of a back-analysis: the most probable cause, its movement, and the damage after further movement."""
     odds = posterior["posterior_odds"].values
     if not posterior["resembles"].values.any():
-        return "No cause can be named: no stored wall resembles the observations."
+        return "No cause can be named: no stored sample resembles the observations."
     if not np.isfinite(odds).any():
         return "No cause can be named yet: the studies have too few effective samples."
     if float(posterior["another_cause_odds"]) > max(1.0, float(np.nanmax(odds))):

@@ -28,7 +28,7 @@ def back_analysis_section(file: Path, study: Path) -> Section:
     if own not in names:
         raise InputError(f"posterior = {file}: is of {', '.join(names)}, not of {own}." + nearest(own, names))
     studies = f"{len(names)} {'study' if len(names) == 1 else 'studies'}: {', '.join(names)}"
-    intro = f"{posterior.attrs['observations']} observations on the wall, compared with the walls of {studies}."
+    intro = f"{posterior.attrs['observations']} observations, compared with the samples of {studies}."
     parts: list[Part] = [Text([posterior_answer(posterior), intro], posterior_cautions(posterior))]
     parts += posterior_tables(posterior)
     caption = "Distribution of the movement under each cause, given the observations."
@@ -47,7 +47,7 @@ def posterior_cautions(posterior: xr.Dataset) -> list[str]:
     measure = f"probability of a larger misfit, at least {least:g} is needed"
     if not posterior["resembles"].values.any():
         said.append(
-            "NO STORED WALL RESEMBLES THE OBSERVATIONS: the best misfit is "
+            "NO STORED SAMPLE RESEMBLES THE OBSERVATIONS: the best misfit is "
             f"{float(posterior['least_misfit'].min()):.3g} for {posterior.attrs['observations']} observations, "
             f"resemblance {chance(float(posterior['resemblance'].max()))} ({measure}). "
             "No odds are given. Do not use this posterior; widen the study, or check the survey."
@@ -57,7 +57,7 @@ def posterior_cautions(posterior: xr.Dataset) -> list[str]:
         if not cause["resembles"]:
             if posterior["resembles"].values.any():
                 resemblance = f"resemblance {chance(float(cause['resemblance']))} ({measure})"
-                said.append(f"{name}: no stored wall resembles the observations, {resemblance}; it has no odds.")
+                said.append(f"{name}: no stored sample resembles the observations, {resemblance}; it has no odds.")
             continue
         if (effective := float(cause["effective_samples"])) < (fewest := posterior.attrs["fewest_effective"]):
             said.append(

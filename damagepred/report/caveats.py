@@ -11,9 +11,10 @@ from damagepred.archive.cautions import study_cautions, wall_cautions
 from damagepred.assembly.brick_cracks import bricks_break
 from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import PathStatus
-from damagepred.formatting import length, number
+from damagepred.formatting import counted, length, number
 from damagepred.report.inputs import unsure
 from damagepred.report.parts import Section, Text
+from damagepred.results.house import is_house
 from damagepred.results.tables import curve_notes
 from damagepred.scene import House, Joint, Scene
 from damagepred.scene.assumed import assumed_ground, assumed_seasons, assumed_slow_strains
@@ -96,7 +97,7 @@ def wall_caveats(ds: xr.Dataset, scene: Scene) -> Section:
         said.append(f"The path ended early: {ds.attrs.get('status_message', ds.attrs['status'])}.")
     kind = "house" if isinstance(scene, House) else "wall"
     said.append(
-        "This is one sampled wall of a study. Others of the same study may look quite different."
+        f"This is one sampled {kind} of a study. Others of the same study may look quite different."
         if "sample" in ds.attrs
         else f"This is one {kind} with the values stated. Real joints scatter, and scatter decides places and widths "
         f"of cracks: a study of many {kind}s gives the probability of each category."
@@ -113,7 +114,7 @@ def wall_caveats(ds: xr.Dataset, scene: Scene) -> Section:
 def study_caveats(ds: xr.Dataset, curves: xr.Dataset, settings: StudySettings, moved: float) -> Section:
     """Return the caveats of a study."""
     said = [
-        "Bands and intervals tell the error of the number of walls alone, not whether the model and the inputs are "
+        "Bands and intervals tell the error of the number of samples alone, not whether the model and the inputs are "
         "right; `damagepred estimate` with [study.epistemic] weighs the inputs."
     ]
     if doubtful := unsure(settings):
@@ -126,18 +127,18 @@ def study_caveats(ds: xr.Dataset, curves: xr.Dataset, settings: StudySettings, m
     if (counted > 0).any():
         cut = np.average(counted[counted >= 0], weights=sample_weights(ds)[counted >= 0])
         said.append(
-            f"In a wall, {number(float(cut), 3)} joints on average have a sampled tensile strength beyond cohesion / "
+            f"In a sample, {number(float(cut), 3)} joints on average have a sampled tensile strength beyond cohesion / "
             "friction, the tip of their friction law; it was cut to that, so the strength in effect is smaller than "
             "its mean says."
         )
-    said += study_cautions(ds)
+    said += [counted(caution, is_house(ds)) for caution in study_cautions(ds)]
     if "limit_deflection" in ds and np.isfinite(ds["limit_deflection"].values).any():
         count = int(np.isfinite(ds["limit_deflection"].values).sum())
         said.append(
             f"{count} walls ended before the full movement, where jacks or supports carry no load any more; categories "
             "not reached there count as not yet reached."
         )
-    if not isinstance(settings.scene, House):
+    if not is_house(ds):
         shared = "walls of a house, and houses of a street, share bricks, builders and ground"
         said.append(f"Walls are single walls: {shared}.")
     said += model_caveats(settings.scene, settings.variables)
@@ -166,4 +167,4 @@ def _curve_caveats(curves: xr.Dataset, moved: float) -> list[str]:
                 f"The median of category {category}, {length(median)}, lies beyond {length(moved)}, to which all walls "
                 "were moved: an extrapolation."
             )
-    return said
+    return [counted(words, is_house(curves)) for words in said]

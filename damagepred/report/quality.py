@@ -8,8 +8,9 @@ import xarray as xr
 from damagepred.archive.schema import category_label
 from damagepred.diagnostics import Residuals, described
 from damagepred.enumerations import SOLVED
-from damagepred.formatting import chance, length, number, with_band
+from damagepred.formatting import chance, counted, length, number, with_band
 from damagepred.report.parts import Part
+from damagepred.results.house import is_house
 from damagepred.results.tables import Table, energy_rows, energy_shares, known, quality_rows
 from damagepred.uq.capacity import highest_category
 from damagepred.uq.exceedance import exceedance
@@ -45,7 +46,8 @@ def study_quality(ds: xr.Dataset) -> list[Part]:
     if not rows:
         return []
     head = ["worst of a wall's path", "median wall", "worst wall", "its sample"]
-    return [Table("How well the walls are solved", head, rows)]
+    caption, *head = (counted(words, is_house(ds)) for words in ("How well the walls are solved", *head))
+    return [Table(caption, head, rows)]
 
 
 def monte_carlo(ds: xr.Dataset, moved: float, confidence: float = 0.9) -> list[Part]:
@@ -63,7 +65,8 @@ def monte_carlo(ds: xr.Dataset, moved: float, confidence: float = 0.9) -> list[P
     heads = ["category", f"probability ({confidence:.0%} interval)", "standard error", "walls", "effective walls"]
     note = "The error of the number of walls; errors of the model add to it. "
     note += "“Failed walls counted”: if none of them had reached the category, and if all had."
-    return [Table(caption, [*heads, "failed walls counted"], rows, note=note)]
+    note, *heads = (counted(words, is_house(ds)) for words in (note, *heads, "failed walls counted"))
+    return [Table(caption, heads, rows, note=note)]
 
 
 def categories(ds: xr.Dataset) -> list[tuple[int, str]]:

@@ -17,7 +17,7 @@ from damagepred.archive.provenance import mixture
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import DamagepredError, InputError
-from damagepred.formatting import duration, named, number
+from damagepred.formatting import counted, duration, named, number
 from damagepred.report.back_analysis import back_analysis_section
 from damagepred.report.caveats import study_caveats
 from damagepred.report.comparison import comparison_parts
@@ -30,7 +30,7 @@ from damagepred.report.quality import common_movement, monte_carlo, study_qualit
 from damagepred.report.summary import answers, asked_movement, influences, movement_number, study_summary
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
-from damagepred.results.house import is_house
+from damagepred.results.house import is_house, noun
 from damagepred.results.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words
 from damagepred.results.tables import Table, curve_columns, worst_category_columns, year_columns
 from damagepred.uq.exceedance import own_movements
@@ -84,12 +84,11 @@ def study_page(
         certainty = monte_carlo(ds, moved if asked is None else min(asked, moved), confidence)
         wall, cracks = _typical(folder, ds, replay, on_step, asked)
     else:
-        certainty = [Text(["The study has only the end of each wall's movement: its curves' error is their band."])]
+        certainty = [Text(["The study has only the end of each sample's movement: its curves' error is their band."])]
         wall, cracks = [], [_NO_PATHS]
     return Page(
         title=str(ds.attrs.get("title", "study")),
-        subtitle=f"How likely is each damage category of a {'house' if is_house(ds) else 'wall'}? A Monte Carlo study, "
-        f"{written[:10]}",
+        subtitle=f"How likely is each damage category of a {noun(ds)}? A Monte Carlo study, {written[:10]}",
         warnings=_warnings(folder, ds),
         question=question,
         answers=[*study_summary(ds, found), *([influence] if influence else [])],
@@ -126,21 +125,21 @@ def _fitted(ds: xr.Dataset, confidence: float, bootstrap: int) -> xr.Dataset:
 
 
 def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:
-    status = ds["status"].values
+    status, walls = ds["status"].values, f"{noun(ds)}s"
     missing, failed = int((status == SampleStatus.MISSING).sum()), int((status == SampleStatus.FAILED).sum())
     said = []
     if missing:
         said.append(
-            f"This study is unfinished: {missing} of {len(status)} walls have not been run. All that follows is of the "
-            f"{len(status) - missing} that have. The same `damagepred study` command goes on."
+            f"This study is unfinished: {missing} of {len(status)} {walls} have not been run. All that follows is of "
+            f"the {len(status) - missing} that have. The same `damagepred study` command goes on."
         )
     if failed:
         said.append(
-            f"{failed} of {len(status)} walls failed: shares leave them out, curves count them as far as they were "
+            f"{failed} of {len(status)} {walls} failed: shares leave them out, curves count them as far as they were "
             f"followed; bounds with all of them undamaged or damaged are given. Their reasons are in "
             f"{folder.path.name}/failures."
         )
-    said += [f"{words[0].upper()}{words[1:]}." for words in mixture(ds)]
+    said += [counted(f"{words[0].upper()}{words[1:]}.", is_house(ds)) for words in mixture(ds)]
     if gap := footing_gap_note(ds):
         said.append(f"{gap[0].upper()}{gap[1:]}.")
     return said
@@ -151,12 +150,12 @@ def _facts(ds: xr.Dataset, settings: StudySettings) -> list[tuple[str, str]]:
     uncertain = [place_in_words(place) for place in (*settings.variables, *settings.study.table_columns)]
     varied = f"; uncertain: {', '.join(uncertain)}" if uncertain else ""
     solved = int(np.isin(status, SOLVED).sum())
-    return [("Houses" if is_house(ds) else "Walls", f"{solved} solved of {len(status)}{varied}")]
+    return [(f"{noun(ds).capitalize()}s", f"{solved} solved of {len(status)}{varied}")]
 
 
 def _run_parts(folder: StudyFolder, ds: xr.Dataset, settings: StudySettings, written: str) -> list[Part]:
     manifest, how = folder.manifest(), settings.study
-    status = ds["status"].values
+    status, wall = ds["status"].values, noun(ds)
     version, commit = (manifest.get(f"damagepred_{name}", "unknown") for name in ("version", "commit"))
     words = ("complete", "collapsed", "failed", "not run yet")
     counts = [f"{(status == value).sum()} {word}" for value, word in zip(SampleStatus, words)]
@@ -165,27 +164,27 @@ def _run_parts(folder: StudyFolder, ds: xr.Dataset, settings: StudySettings, wri
         ["program", f"damagepred {version}, commit {commit}"],
         ["study begun", str(manifest.get("created", "?"))],
         ["report written", written],
-        ["walls", f"{len(status)}: {', '.join(counts)}"],
+        [f"{wall}s", f"{len(status)}: {', '.join(counts)}"],
         ["seed", str(how.seed)],
         ["sampler", how.sampler + (f", {how.replicates} independent scrambles" if how.replicates > 1 else "")],
         ["solver", settings.scene.solver.method.replace("_", "-")],
         ["increments", str(settings.scene.movement.increment_count)],
-        ["a wall is followed to", _followed(settings)],
+        [f"a {wall} is followed to", _followed(settings)],
     ]
     if "run_time" in ds and np.isfinite(ds["run_time"].values).any():
         mean, most = (duration(float(of(ds["run_time"].values))) for of in (np.nanmean, np.nanmax))
-        rows.append(["time of a wall", f"{mean} on average, {most} at most"])
+        rows.append([f"time of a {wall}", f"{mean} on average, {most} at most"])
     if "weight" in ds:
-        rows.append(["importance sampling", "walls have weights, which shares and curves count"])
+        rows.append(["importance sampling", f"{wall}s have weights, which shares and curves count"])
     parts: list[Part] = [Table("Program and study", ["", ""], rows, words=(0, 1))]
     if failed := sorted(folder.failed_samples()):
         records = [folder.failure(i) for i in failed]
         reasons = Counter(str(record["reason"]) for record in records).most_common()
-        parts.append(Table("Why walls failed", ["reason", "walls"], [[named(r), str(n)] for r, n in reasons]))
+        parts.append(Table(f"Why {wall}s failed", ["reason", f"{wall}s"], [[named(r), str(n)] for r, n in reasons]))
         replay = f"damagepred replay {folder.path.name}"
         rows = [[str(r["sample"]), str(r["message"]), f"{replay} {r['sample']}"] for r in records[:MOST_FAILURES]]
         note = f"{len(failed) - MOST_FAILURES} more are on record in the folder." if len(failed) > MOST_FAILURES else ""
-        parts.append(Table("Failed walls", ["sample", "what happened", "to solve it again"], rows, (1, 2), note))
+        parts.append(Table(f"Failed {wall}s", ["sample", "what happened", "to solve it again"], rows, (1, 2), note))
     return parts
 
 
@@ -201,6 +200,7 @@ def _damage(ds: xr.Dataset) -> list[Part]:
     from damagepred.plotting import draw, draw_category_shares
     from damagepred.plotting.sheet import new_figure
 
+    wall = noun(ds)
     shares, widths = (new_figure(*HALF_PAGE).subplots() for _ in range(2))
     draw_category_shares(ds, shares)
     draw(ds, "crack_width_max", widths)
@@ -210,15 +210,15 @@ def _damage(ds: xr.Dataset) -> list[Part]:
     parts: list[Part] = [
         drawing(
             "shares",
-            "Share of the walls in each category, by the highest category reached.",
-            "Shares of walls by damage category against the movement",
+            f"Share of the {wall}s in each category, by the highest category reached.",
+            f"Shares of {wall}s by damage category against the movement",
             shares,
             along="movement",
         ),
         drawing(
             "widths",
-            "Widest crack of every wall, with median and quantiles over the walls.",
-            "Widest crack of each wall against the movement, with quantiles",
+            f"Widest crack of every {wall}, with median and quantiles over the {wall}s.",
+            f"Widest crack of each {wall} against the movement, with quantiles",
             widths,
             along="movement",
         ),
@@ -249,14 +249,14 @@ def _typical(
     try:
         wall, comparison = solve_again(folder.path, chosen.typical, on_step)
     except DamagepredError as error:
-        return [], [Text([said, f"The typical wall could not be solved again: {error}"])]
+        return [], [Text([said, f"The typical {noun(ds)} could not be solved again: {error}"])]
     walls = {f"typical, sample {chosen.typical}": wall}
     if chosen.worst != chosen.typical:
         with contextlib.suppress(DamagepredError):  # the page has no such drawing
             walls[f"worst, sample {chosen.worst}"] = solve_again(folder.path, chosen.worst, on_step)[0]
     if comparison.startswith("bit for bit"):
         comparison = "agrees bit for bit with the study."
-    again = Text([f"{said} Solved again for this report, the typical wall {comparison}"])
+    again = Text([f"{said} Solved again for this report, the typical {noun(ds)} {comparison}"])
     if is_house(wall):
         figures = house_drawings(wall, f"A typical house, sample {chosen.typical}. ", walls)
         return figures, [again, *house_damage(wall), *crack_parts(wall)]
@@ -276,11 +276,12 @@ def _measures(ds: xr.Dataset) -> Table:
         note += "Written by an older version, the archive does not hold the widths of crack bands."
     if "footing_opening_max" in ds and not has_dpc(ds):
         judged["widest joint or gap on the footing"] = judge_again(ds, measure="joint", count_footing_gap=True)
-    return Table.of("Walls by the worst category of their path", worst_category_columns(judged), note)
+    caption = f"{noun(ds).capitalize()}s by the worst category of their path"
+    return Table.of(caption, worst_category_columns(judged), note)
 
 
 _NO_PATHS = Text(
-    ["The study has only the end of each wall's movement ([study] movement = “sampled”): there are no paths to draw."]
+    ["The study has only the end of each sample's movement ([study] movement = “sampled”): there are no paths to draw."]
 )
 
 
@@ -291,11 +292,11 @@ def _curves_drawing(curves: xr.Dataset, ds: xr.Dataset, at: MovementDistribution
     confidence, measure = float(curves.attrs["confidence"]), movement_words(curves)
     ends = own_movements(ds, str(curves.attrs["intensity_measure"])) if at.own else np.asarray(at.points)
     shown = at.name if len(at.points) > 1 else movement_number(at.largest, measure)
-    name = "each wall's own movement" if at.own else f"the answer above: {shown}"
+    name = f"each {noun(ds)}'s own movement" if at.own else f"the answer above: {shown}"
     marks = {name: (float(ends.min()), float(ends.max()))} if ends.size else {}
     caption = (
         f"Probability of each category or worse against the {measure}: lognormal curves with {confidence:.0%} bands, "
-        "and the shares of walls at the increments."
+        f"and the shares of {noun(ds)}s at the increments."
     )
     return drawing(
         "fragility",
@@ -317,4 +318,4 @@ def _curves_table(curves: xr.Dataset) -> Table:
     )
     if str(curves.attrs["model"]) == "common":
         note += " Fitted each for itself, curves would cross; these have one dispersion for all."
-    return Table.of("The curves", curve_columns(curves), note)
+    return Table.of("The curves", curve_columns(curves), counted(note, is_house(curves)))

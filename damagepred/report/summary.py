@@ -15,7 +15,7 @@ from damagepred.report.answers import in_words
 from damagepred.report.inputs import place_in_words
 from damagepred.report.parts import Section
 from damagepred.report.quality import categories
-from damagepred.results.house import is_house
+from damagepred.results.house import noun
 from damagepred.results.tables import Table, sensitivity_columns
 from damagepred.scene.site import site_class
 from damagepred.uq.estimate import Estimate
@@ -60,7 +60,7 @@ def answers(
     if wanted.own:
         ends = own_movements(ds, measure)
         of = f"a {movement_words(ds)} of {length(float(ends.min()))} to {length(float(ends.max()))}"
-        return f"At the end of each wall's own movement, {of}:", estimates
+        return f"At the end of each {noun(ds)}'s own movement, {of}:", estimates
     if len(wanted.points) > 1:
         where = f"site {wanted.name}" if wanted.measure == MOUND else wanted.name
         return f"For {where} ({wanted.assumption}):", estimates
@@ -72,7 +72,7 @@ def answers(
 def study_summary(ds: xr.Dataset, estimates: Mapping[int, Estimate]) -> list[str]:
     """One sentence per category, from the estimates of ``answers``."""
     return [
-        f"Category {_with_name(name)} or worse: {in_words(estimates[category], 'house' if is_house(ds) else 'wall')}."
+        f"Category {_with_name(name)} or worse: {in_words(estimates[category], noun(ds))}."
         for category, name in categories(ds)
     ]
 
@@ -116,7 +116,7 @@ def influences(
         return "", None
     of = f"the movement at which category {label} is reached"
     if own_ground:
-        of = f"damage of category {label} at each wall's own movement"
+        of = f"damage of category {label} at each {noun(ds)}'s own movement"
     said = _strongest(sensitivity, -1.0 if own_ground else 1.0, of, ds.sizes["sample"])
     table = Table.of(f"Inputs and {of}", sensitivity_columns(sensitivity), _NOTE)
     return said, Section("influences", "What changes the answer most", [table])
@@ -124,18 +124,18 @@ def influences(
 
 _NOTE = (
     "Rank correlation: from −1 to 1. Partial: other inputs held fixed. Share of variance: by the "
-    "input alone. A wall that is not damaged counts as censored at its own end. Inputs that vary "
+    "input alone. A sample that is not damaged counts as censored at its own end. Inputs that vary "
     "from joint to joint are not in the table."
 )
 
 
-def _strongest(sensitivity: xr.Dataset, protects: float, of: str, walls: int) -> str:
+def _strongest(sensitivity: xr.Dataset, protects: float, of: str, samples: int) -> str:
     """Sentence on the inputs with the largest partial correlations whose sign is sure."""
     value = sensitivity["partial"].values
     sure = np.sign(sensitivity["partial_lower"].values) == np.sign(sensitivity["partial_upper"].values)
     order = [int(i) for i in np.argsort(-np.abs(value)) if sure[i]][:NAMED_INPUTS]
     if not order:
-        return f"Of the inputs with one value per wall, no input stands out for {of}, among these {walls} walls."
+        return f"Of the inputs with one value per sample, no input stands out for {of}, among these {samples} samples."
     most = [
         f"{place_in_words(str(sensitivity['variable'].values[i]))} ({number(float(value[i]), 2)}, more of it "
         f"{'protects' if value[i] * protects > 0 else 'harms'})"

@@ -49,9 +49,10 @@ def typical_and_worst(ds: xr.Dataset, at: float | None = None) -> Chosen | None:
         return None
     order = np.lexsort((-last, np.nan_to_num(key, nan=np.inf, posinf=np.inf)))
     middle = int(order[np.searchsorted(np.cumsum(heavy[order]), 0.5 * heavy.sum() * (1 - 1e-12))])
-    typical, why = int(sample[middle]), f"whose widest crack {where} is the median of all walls, {length(key[middle])}"
+    typical = int(sample[middle])
+    why = f"whose widest crack {where} is the median of all samples, {length(key[middle])}"
     if np.isinf(key[middle]):
-        why = f"the median of all walls {where}: it fell, or reached the worst category, at {length(last[middle])}"
+        why = f"the median of all samples {where}: it fell, or reached the worst category, at {length(last[middle])}"
     if not some:
         reason = f"whose widest crack is the widest, {length(float(width.max()))}"
         return Chosen(typical, int(sample[np.argmax(width)]), why, reason)

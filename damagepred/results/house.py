@@ -13,10 +13,11 @@ import xarray as xr
 
 from damagepred.archive.folder import open_study
 from damagepred.archive.schema import BY_WALL, OF_HOUSE, VARIABLES, Variable
+from damagepred.arrays import FloatArray
 from damagepred.enumerations import ContactState, PathStatus
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
-from damagepred.scene import House
+from damagepred.scene import House, Scene
 from damagepred.scene.plan import PLAN_TOLERANCE
 from damagepred.scene.scene import archived_scene
 
@@ -32,8 +33,13 @@ _STATE = ("opening", "slip", "state")
 
 
 def is_house(ds: xr.Dataset) -> bool:
-    """Whether a dataset is the result of a house, or of a study of houses."""
-    return "wall" in ds.dims
+    """Whether a dataset is the result of a house or of a study of houses, or was fitted to one."""
+    return "wall" in ds.dims or ds.attrs.get("sampled") == "house"
+
+
+def noun(ds: xr.Dataset) -> str:
+    """Noun for the samples of a study, or for one result."""
+    return "house" if is_house(ds) else "wall"
 
 
 def wall_names(ds: xr.Dataset) -> list[str]:
@@ -110,6 +116,11 @@ def unfolded_places(house: House) -> list[tuple[float, float]]:
         if (row + 1) * pitch <= 0.75 * width:
             break
     return places
+
+
+def wall_places(scene: Scene) -> FloatArray:
+    """Left end and level (m) of each wall in drawings of a house, or of one wall (w, 2)."""
+    return np.array(unfolded_places(scene) if isinstance(scene, House) else [(0.0, 0.0)])
 
 
 def fallen_wall(ds: xr.Dataset) -> int:

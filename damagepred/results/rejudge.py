@@ -42,7 +42,7 @@ from damagepred.enumerations import ContactKind, ContactState, PathStatus, Sampl
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import read_toml
-from damagepred.results.house import is_house, of_all_walls, wall_dataset, wall_names
+from damagepred.results.house import is_house, noun, of_all_walls, wall_dataset, wall_names
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Damage
 from damagepred.scene.reading import build
@@ -366,16 +366,16 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
     notes = []
     if without_group:
         notes.append(
-            f"{without_group} of {rows} walls are judged by their widest crack alone: the archive does not hold how "
-            "wide groups of cracks are"
+            f"{without_group} of {rows} {noun(ds)}s are judged by their widest crack alone: the archive does not hold "
+            "how wide groups of cracks are"
         )
     if not prefix and many and not same and name == "damage_category":
         ds.attrs["highest_category"] = max(followed, 1)
     if open_end and not same:
         where = "beyond the end of their paths" if old.shape[1] > 1 else "at the end of their movement"
         notes.append(
-            f"of {open_end} of {rows} walls the category is not known {where}: the study followed them to category "
-            f"{int(old.max())} of {own.table.name} only; all are known up to category {followed}"
+            f"of {open_end} of {rows} {noun(ds)}s the category is not known {where}: the study followed them to "
+            f"category {int(old.max())} of {own.table.name} only; all are known up to category {followed}"
         )
     return notes
 
@@ -500,7 +500,7 @@ def footing_gap_note(ds: xr.Dataset) -> str:
         rows = ds.sizes["sample"]
         some = int(higher.reshape(rows, -1).any(axis=1).sum())
         higher_than = "the gap along the bed on the footing is of a higher category than the cracks"
-        return f"in {some} of {rows} walls {higher_than}; {how}"
+        return f"in {some} of {rows} {noun(ds)}s {higher_than}; {how}"
     worst = int(np.argmax(np.where(higher, gap, -1.0)))
     opens = f"the bed on the footing opens by {1e3 * float(gap[worst]):.3g} mm"
     return f"{opens}, which would be category {int(by_gap[worst])}; {how}"

@@ -14,8 +14,8 @@ from damagepred.archive.schema import WORST_CATEGORY, category_label, is_dynamic
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import SOLVED, SampleStatus
-from damagepred.formatting import chance, length, named, number, ratio, with_band
-from damagepred.results.house import room_sides, wall_names
+from damagepred.formatting import chance, counted, length, named, number, ratio, with_band
+from damagepred.results.house import is_house, noun, room_sides, wall_names
 from damagepred.results.rejudge import has_dpc, shares, shown_gaps
 from damagepred.uq.capacity import highest_category
 from damagepred.uq.estimate import probability
@@ -326,20 +326,20 @@ def curve_columns(curves: xr.Dataset) -> list[Column]:
     spread = [banded(one, "dispersion", between="\n") for one in every]
     fits = [chance(float(one["p_value"])) for one in every]
     status = [str(one["fit_status"].item()) for one in every]
-    head = f"median {unit}".rstrip()
+    head, walls = f"median {unit}".rstrip(), f"{noun(curves)}s"
     columns = [
         Column("category or worse", labels, short="category\nor worse", words=True),
         Column(f"median {measure}, {band}", [median(one) for one in every], unit, f"{head}\n({band})"),
         Column(f"dispersion, {band}", spread, short=f"dispersion\n({band})"),
-        Column("walls that reached it", counts, short="walls that\nreached it"),
+        Column(f"{walls} that reached it", counts, short=f"{walls} that\nreached it"),
         Column("goodness of fit", fits, short="goodness\nof fit"),
-        Column("fit", status, short="fit", words=True),
+        Column("fit", [counted(why, is_house(curves)) for why in status], short="fit", words=True),
     ]
     if curves.attrs.get("samples_failed"):
         ends = ("median_failed_undamaged", "median_failed_damaged")
         bounds = ["\nor ".join(shown(float(one[end])) for end in ends) for one in every]
-        name = "median if all failed walls were undamaged, or damaged"
-        columns.append(Column(name, bounds, unit, f"{head} if all\nfailed walls were\nundamaged, or damaged"))
+        name = f"median if all failed {walls} were undamaged, or damaged"
+        columns.append(Column(name, bounds, unit, f"{head} if all\nfailed {walls} were\nundamaged, or damaged"))
     return columns
 
 
@@ -381,7 +381,7 @@ def curve_notes(curves: xr.Dataset) -> list[str]:
             "The curves of two categories, fitted apart, cross; where they do, neither is to be trusted. "
             "`damagepred fragility --model common` fits curves that do not."
         )
-    return said
+    return [counted(note, is_house(curves)) for note in said]
 
 
 # -- sensitivity -----------------------------------------------------------------------------------------------------

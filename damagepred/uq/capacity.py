@@ -53,6 +53,11 @@ class StudyCapacities(NamedTuple):
     crossed: bool  # whether walls share fields, and fields walls (archives of 0.1)
 
 
+def sampled(ds: xr.Dataset) -> dict[str, str]:
+    """Attribute of results that are fitted to a study of houses."""
+    return {"sampled": "house"} if "wall" in ds.dims else {}
+
+
 def category_number(ds: xr.Dataset, category: int | str) -> int:
     """Return the number of a damage category that is given by its number or its name, such as "slight"."""
     if not isinstance(category, str):

@@ -7,12 +7,17 @@ import pytest
 
 from damagepred import InputError, Study, infer, open_study
 from damagepred.analyses.design_search import _read
+from damagepred.analyses.inference_options import InferenceOptions
 from damagepred.analyses.limit_state import Question, margin, study_for_limit_state
 from damagepred.analyses.portfolio import read_houses
 from damagepred.analyses.stored_walls import StoredWalls, require_on
+from damagepred.assembly.bond import lay_bricks
+from damagepred.campaign.replay import replay
 from damagepred.campaign.sample import sample_of
 from damagepred.campaign.settings import StudySettings, merged, read_frozen
-from damagepred.results.house import wall_dataset
+from damagepred.plotting import draw_back_analysis
+from damagepred.results.house import unfolded_places, wall_dataset
+from damagepred.scene.scene import archived_scene
 from damagepred.uq.observations import (
     CrackObservation,
     LevelObservation,
@@ -73,11 +78,49 @@ def test_local_cracks_and_levels_are_read_on_their_wall(folder):
     assert rise[-1] > 0.005  # the tree is at the front's start
 
 
-def test_the_posterior_of_a_house(folder):
-    seen = Observations(crack=(CrackObservation(wall="front", width="4 mm"), CrackObservation(wall="side", none=True)))
-    found = infer(folder, seen)
+def test_the_posterior_of_a_house_has_a_crack_map_of_its_unfolded_walls(folder):
+    seen = [CrackObservation(wall="front", width="4 mm"), CrackObservation(wall="side", none=True, x=0.4, y=0.15)]
+    level = LevelObservation(wall="front", x=0.1, y=0.2, to_wall="side", to_x=0.8, to_y=0.2, difference="20 mm")
+    narrow = InferenceOptions(map_width=5e-5)
+    found = infer(folder, Observations(crack=tuple(seen), level=(level,)), options=narrow)
     assert float(found["posterior"].sum()) == pytest.approx(1.0)
-    assert "crack_probability" not in found
+    assert (found["observed_wall"].item(), found["level_wall"].item(), found["level_to_wall"].item()) == (
+        "side",
+        "front",
+        "side",
+    )
+    house = archived_scene({"scene": found["study_scene"].item()})
+    places, wider = unfolded_places(house), found["crack_probability"].attrs["wider_than"]
+    expected: dict[tuple[int, ...], float] = {}
+    low = min(y for _, y in places)
+    for sample, weights in enumerate(found["posterior"].values):
+        ds, _ = replay(folder, sample)
+        cells = set()
+        for (left, level_), name in zip(places, house.names):
+            one = wall_dataset(ds, name)
+            opened = (one["contact_opening"].values > wider) & (one["contact_kind"].values < 2)
+            steps, contacts = np.nonzero(opened)
+            x, y = one["contact_x"].values[contacts] + left, one["contact_y"].values[contacts] + level_ - low
+            cells |= set(zip((y / 0.15).astype(int), (x / 0.15).astype(int), steps))
+        for row, column, step in cells:
+            expected[row, column] = expected.get((row, column), 0.0) + weights[step]
+    crack_map = found["crack_probability"].values[0]
+    shown = {(int(i), int(k)): crack_map[i, k] for i, k in zip(*np.nonzero(crack_map))}
+    assert len(shown) > 3
+    assert {cell: p for cell, p in expected.items() if p > 0} == pytest.approx(shown)
+
+
+def test_the_crack_map_of_a_house_names_its_walls_and_marks_their_cracks(folder):
+    seen = CrackObservation(wall="side", x=0.4, y=0.15, width="1 mm", error="1 mm")
+    _, ax = draw_back_analysis(found := infer(folder, Observations(crack=(seen,))))
+    house = archived_scene({"scene": found["study_scene"].item()})
+    left, level = unfolded_places(house)[1]
+    texts = {text.get_text(): text for text in ax.texts}
+    assert {"front", "side", "1 mm"} == set(texts)
+    assert texts["1 mm"].xy == pytest.approx((left + 0.4, level + 0.15))
+    assert texts["side"].xy == pytest.approx((left, level + 0.3))
+    bricks = next(shapes for shapes in ax.collections if shapes.get_label() == "bricks")
+    assert len(bricks.get_paths()) == sum(len(lay_bricks(scene)) for scene in house.scenes)
 
 
 @pytest.mark.parametrize(

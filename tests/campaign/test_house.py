@@ -16,7 +16,7 @@ from damagepred.cli.sentences import status_lines
 from damagepred.plotting import save_study_pictures
 from damagepred.report.limits import study_limits
 from damagepred.results.house import study_of, wall_dataset, wall_names
-from damagepred.scene import House
+from damagepred.scene import House, Scene
 
 HOUSE = """
 [study]
@@ -231,3 +231,61 @@ def test_seasons_of_a_house_are_drawn_for_each_sample(tmp_path):
     assert first != second
     assert ds["surface_movement"].max("increment").values == pytest.approx([first, second])
     assert replay(out, 1)[1].startswith(BIT_FOR_BIT)
+
+
+@pytest.mark.parametrize("field", ["course_correlation = 0.4", 'correlation_length = "0.6 m"'])
+def test_a_house_of_one_wall_is_sampled_as_the_wall(field, tmp_path):
+    tables = """
+[study]
+samples = 2
+seed = 5
+[scene]
+joint = {{ tensile_strength = "0.004 MPa", cohesion = "0.004 MPa" }}
+footing = {{ width = 0.2, depth = 0.1 }}
+{wall}
+height = 0.45
+[scene.mound]
+shape = "tree"
+{tree}
+reach = 2.0
+surface_movement = "40 mm"
+[scene.movement]
+kind = "settle"
+shape = "mound"
+increments = 2
+[variables."joint.cohesion"]
+distribution = "lognormal"
+mean = "0.004 MPa"
+cov = 0.5
+field = {{ {field} }}
+"""
+    house = '[[scene.wall]]\nname = "a"\nstart = [0, 0]\nend = [1.44, 0]', "point = [-0.5, 0]"
+    alone = "[scene.wall]\nlength = 1.44", "position = -0.5"
+    rows, fields = [], []
+    for name, (wall, tree) in {"house": house, "wall": alone}.items():
+        (file := tmp_path / f"{name}.toml").write_text(tables.format(wall=wall, tree=tree, field=field))
+        settings = StudySettings.from_toml(file)
+        rows.append(solve_sample(settings, settings.design(), 1, {}).columns["crack_width_max"].values)
+        fields.append(Study(settings).sample(1)[1]["joint.cohesion"])
+    assert np.array_equal(*fields)
+    assert np.std(np.log(fields[0])) > 0.2
+    assert rows[0][0, -1] > 1e-4
+    assert np.array_equal(*rows)
+
+
+def test_each_wall_has_the_values_drawn_for_its_joints(study_file):
+    walls = [
+        {"name": w.name, "start": w.start, "end": w.end, "height": 0.3}
+        for w in Study.from_toml(study_file).settings.scene.wall
+    ]
+    house = Scene.from_dict(
+        {"wall": walls, "movement": {"kind": "settle", "increments": 1}, "mound": {"shape": "tilt"}}
+    )
+    counts = [len(joint_places(scene).x) for scene in house.scenes]
+    drawn = 1e3 + np.arange(sum(counts))
+    ds = solve(house, fields={"joint.tensile_strength": drawn})
+    for number, own in enumerate(np.split(drawn, counts[:1])):
+        of_wall = (ds["contact_wall"].values == number) & (ds["contact_kind"].values < 2)
+        stored = np.unique(ds["contact_tensile_strength"].values[of_wall])
+        assert len(stored) > 0.7 * len(own)  # the others lie on the footing
+        assert np.isin(stored, own).all()

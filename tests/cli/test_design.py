@@ -47,7 +47,7 @@ def test_the_search_prints_keeps_and_resumes(command: Run, choices: Path, tmp_pa
     kept, picture = tmp_path / "design.nc", tmp_path / "design.png"
     said = command("design", choices, "-o", kept, "--plot", picture)
     assert said.code == 0, said.err
-    assert "4 alternatives of walls like the first:" in said.out
+    assert "4 alternatives like the first:" in said.out
     assert said.out.index("to begin with, about") < said.out.index("samples each")
     assert "slip" in said.out
     assert picture.stat().st_size > 10_000

@@ -83,7 +83,7 @@ def test_a_movement_beyond_the_walls_of_a_house_gives_bounds(files: Path, comman
     assert (table["p_category_4_lower"].iloc[1:3] <= 0.1).all()
     assert (table["p_category_4_upper"].iloc[1:3] == 1.0).all()
     assert table["at"].iloc[3] == "3 mm"
-    assert "unknown for 2, whose walls were not followed as far" in said.out
+    assert "unknown for 2, whose samples were not followed as far" in said.out
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,7 @@ def test_without_damage_an_answer_names_the_upper_limit() -> None:
     none = comparison((0.0, -0.1, 0.1))
     none = none.assign(probability=0.0 * none["probability"], probability_upper=none["probability"] * 0.0 + 0.078)
     assert comparison_answer(none, 2, 0.01) == (
-        "No wall of the studies reached category 2; its probability is at most 0.078 in each."
+        "No sample of the studies reached category 2; its probability is at most 0.078 in each."
     )
 
 
@@ -98,4 +98,4 @@ def test_a_back_analysis_names_cause_movement_and_what_follows() -> None:
     assert posterior_answer(posterior(2.0, 8.0)).startswith("Most probably another cause")
     assert posterior_answer(posterior(np.nan, np.nan)).startswith("No cause can be named yet")
     alien = posterior(20.0, 0.05).assign(resembles=("study", [0, 0]))
-    assert posterior_answer(alien).startswith("No cause can be named: no stored wall resembles")
+    assert posterior_answer(alien).startswith("No cause can be named: no stored sample resembles")

@@ -106,7 +106,7 @@ def test_typical_is_the_median_wall_at_the_movement_asked_for(tmp_path: Path) ->
         assert (values < own).sum() == 19
         assert (values > own).sum() == 20
         assert length(own) in chosen.why_typical
-    assert "at a central deflection of 2.5 mm is the median of all walls" in typical_and_worst(ds, at).why_typical
+    assert "at a central deflection of 2.5 mm is the median of all samples" in typical_and_worst(ds, at).why_typical
     # walls that fell before count as wider; the others are left out where they were not followed as far
     ds["status"].values[good[:21]] = 1
     ds["crack_width_max"].values[good[:21], 3:] = np.nan
@@ -243,7 +243,7 @@ def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
         "The curve of category 2 is doubtful: of walls that follow such a curve, a share of 0.040 lies as far",
         "The median of category 2, 7.5 mm, lies beyond 6 mm, to which all walls were moved",
         "The curves of two categories, fitted apart, cross",
-        "In a wall, 2.75 joints on average have a sampled tensile strength beyond",
+        "In a sample, 2.75 joints on average have a sampled tensile strength beyond",
         "2 walls ended before the full movement",
     ):
         assert sum(line.startswith(words) for line in known) == 1, words

@@ -40,8 +40,12 @@ def single(length, mound=None, **tables):
     )
 
 
-def test_a_house_of_one_wall_is_the_wall():
-    one, made = single(2.4), house([wall("a", [0, 0], [2.4, 0])])
+CONCRETE = {"footing": {"width": 0.25, "depth": 0.2, "concrete": {"bottom": "3-L8TM", "top": "3-L8TM", "cover": 0.04}}}
+
+
+@pytest.mark.parametrize("tables", [{}, CONCRETE], ids=["elastic", "reinforced"])
+def test_a_house_of_one_wall_is_the_wall(tables):
+    one, made = single(2.4, **tables), house([wall("a", [0, 0], [2.4, 0])], **tables)
     for alone, in_house in zip(path(wall_model(one), one), path(house_model(made), made)):
         assert np.array_equal(alone.displacement, in_house.displacement)
         assert np.array_equal(alone.opening, in_house.opening)
@@ -75,24 +79,44 @@ def test_two_walls_in_one_line_are_the_wall_whose_middle_passes_vertical_shear_a
         assert joined.displacement[of_house] == pytest.approx(alone.displacement[of_whole], abs=1e-9)
 
 
+PIPE = {"shape": "pipe", "point": [0.6, 0.6], "reach": 0.9}
+SEASONS = {"kind": "settle", "seasons": {"years": 2, "swing": "6 mm", "increments": 2}}
+
+
 @pytest.mark.parametrize(
-    ("mound", "kind"),
+    ("mound", "movement", "tables"),
     [
-        ({"shape": "pipe", "point": [0.6, 0.6], "reach": 0.9, "surface_movement": "8 mm"}, "settle"),
-        ({"shape": "walsh", "surface_movement": "20 mm"}, "doming"),
+        (PIPE | {"surface_movement": "8 mm"}, {"kind": "settle", "increments": 3}, {}),
+        ({"shape": "walsh", "surface_movement": "20 mm"}, {"kind": "doming", "increments": 3}, {}),
+        (PIPE | {"surface_movement": "20 mm"}, {"kind": "settle", "increments": 3}, CONCRETE),
+        (PIPE, SEASONS, {}),
     ],
+    ids=["pipe", "clay", "reinforced", "seasons"],
 )
-def test_four_equal_walls_on_ground_of_fourfold_symmetry_do_the_same(mound, kind):
+def test_four_equal_walls_on_ground_of_fourfold_symmetry_do_the_same(mound, movement, tables):
     ends = [[0, 0], [1.2, 0], [1.2, 1.2], [0, 1.2], [0, 0]]
     walls = [wall(name, ends[i], ends[i + 1], bond="running") for i, name in enumerate("abcd")]
-    made = house(walls, mound, {"kind": kind, "increments": 3})
+    made = house(walls, mound, movement, **tables)
     ds = damagepred.solve(made)
-    moved = ds["block_displacement_y"].values.reshape(4, 4, -1)  # increments, walls, blocks
+    moved = ds["block_displacement_y"].values.reshape(ds.sizes["increment"], 4, -1)  # increments, walls, blocks
     assert moved == pytest.approx(np.broadcast_to(moved[:, :1], moved.shape), abs=1e-8)
     widths = ds["wall_crack_width_max"].values
     assert widths == pytest.approx(np.broadcast_to(widths[:, :1], widths.shape), abs=1e-8)
     assert ds.attrs["energy_error_share"] < 1e-2
     assert (ds["damage_category"] == ds["wall_damage_category"].max("wall")).all()
+
+
+def test_seasons_of_a_tilt_bring_a_house_back_unharmed():
+    """The ground rises and falls as a plane: the house follows it, up as far as down, and returns."""
+    ends = [[0, 0], [1.92, 0], [1.92, 1.2], [0, 1.2], [0, 0]]
+    walls = [wall(name, ends[i], ends[i + 1]) for i, name in enumerate("abcd")]
+    ds = damagepred.solve(house(walls, {"shape": "tilt", "direction": 30}, SEASONS))
+    assert float(ds["crack_width_max"].max()) < 1e-8
+    progress, moved = ds["progress"].values, ds["block_displacement_y"].values
+    up = (moved - moved[0])[progress == 1.0]
+    assert progress.min() == -1.0
+    assert np.abs(up).max() > 1e-3
+    assert moved - moved[0] == pytest.approx(np.outer(progress, up), abs=1e-7)
 
 
 def test_tilt_of_the_whole_house_does_no_damage():
@@ -358,7 +382,7 @@ APART = {"corner": {"control_joint": True, "join_footings": False}}
     "tables",
     [
         {"movement": {"kind": "settle", "seasons": {"years": 2, "swing": "6 mm", "increments": 2}}},
-        {"footing": {"width": 0.25, "depth": 0.2, "concrete": {"bottom": "3-L8TM", "top": "3-L8TM", "cover": 0.04}}},
+        CONCRETE,
         {"solver": {"blocks": "rigid"}, "joint": {"tensile_strength": "0.05 MPa", "cohesion": "0.05 MPa"}},
     ],
     ids=["seasons", "reinforced", "weak"],

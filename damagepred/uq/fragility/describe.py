@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray
+from damagepred.uq.capacity import sampled
 from damagepred.uq.fragility.fit import EXTRAPOLATED
 from damagepred.uq.intensity import attributes
 
@@ -43,6 +44,7 @@ def curves_dataset(
             "intensity": ("intensity", grid, measured),
         },
         attrs={"Conventions": "CF-1.11", "title": f"fragility of {ds.attrs.get('title', 'a wall')}", **attrs}
+        | sampled(ds)
         | {k: ds.attrs[k] for k in _COPIED if k in ds.attrs},
     )
     for variable in result.data_vars.values():

@@ -20,6 +20,7 @@ from damagepred.formatting import options_text
 from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq import capacity
+from damagepred.uq.capacity import sampled
 from damagepred.uq.fragility import fit
 from damagepred.uq.fragility.bands import confidence_band, draw_parameters, effective_reached, unknown_band
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
@@ -141,6 +142,7 @@ def fit_surface(
             "samples": int(finite.sum()),
             "samples_failed": int(capacities.failed.sum()),
             **attrs,
+            **sampled(ds),
         },
     )
 
