@@ -351,7 +351,8 @@ def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
     if len(faces):  # cells of the map reach beyond the walls
         outlines = (Path([*face, face[0]], closed=True) for face in faces)
         mesh.set_clip_path(Path.make_compound_path(*outlines), ax.transData)
-        ax.axis(np.stack((faces.min(axis=(0, 1)), faces.max(axis=(0, 1)))).T.ravel())
+        (left, low), (right, top) = faces.min(axis=(0, 1)), faces.max(axis=(0, 1))
+        ax.axis((left, right, low, top))
     for name, at in zip(places if "" not in places else (), faces[:, 3]):
         ax.annotate(name, at, (0, 3), textcoords="offset points", fontsize=size)
 
@@ -371,7 +372,7 @@ def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
         place = (0, (1 if y < middle else -1) * (16, 32)[k % 2])
         ax.annotate(words, (x, y), place, textcoords="offset points", **style)
     ends = [shown(f"level_{to}", f"level_{to}wall") for to in ("", "to_")] if "level_x" in posterior else [[], []]
-    levels = posterior["level_difference"].values if "level_x" in posterior else []
+    levels = posterior["level_difference"].values if "level_x" in posterior else np.empty(0)
     for start, end, difference in zip(*ends, levels):
         ax.plot(*zip(start, end), color=OPENING_STYLES[0][0], marker="|", linestyle="--", linewidth=1.2, zorder=4)
         words, at_end = f"{difference * sheet.MM:+.3g} mm", {**style, "ha": "right", "color": OPENING_STYLES[0][0]}
@@ -381,7 +382,7 @@ def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
         ax.set_axis_off()
     limit = float(cracked.attrs["wider_than"]) * sheet.MM
     observed = "; circles: observed widths, crosses: no crack" if marks else ""
-    observed += "; dashed: observed difference of levels" if levels else ""
+    observed += "; dashed: observed difference of levels" if len(levels) else ""
     name = sheet.verbatim(str(cause["study"].values))
     sheet.set_title(ax, "Crack map", f"{name}: cracks wider than {limit:g} mm{observed}")
     return ax

@@ -123,9 +123,9 @@ def study_caveats(ds: xr.Dataset, curves: xr.Dataset, settings: StudySettings, m
             f"{', '.join(doubtful)}. Measure the important ones before you build on the figures."
         )
     said += _curve_caveats(curves, moved)
-    counted = ds["apex_limited"].values if "apex_limited" in ds else np.zeros(0)
-    if (counted > 0).any():
-        cut = np.average(counted[counted >= 0], weights=sample_weights(ds)[counted >= 0])
+    apexes = ds["apex_limited"].values if "apex_limited" in ds else np.zeros(0)
+    if (apexes > 0).any():
+        cut = np.average(apexes[apexes >= 0], weights=sample_weights(ds)[apexes >= 0])
         said.append(
             f"In a sample, {number(float(cut), 3)} joints on average have a sampled tensile strength beyond cohesion / "
             "friction, the tip of their friction law; it was cut to that, so the strength in effect is smaller than "
