@@ -1,6 +1,8 @@
 """Exports of fragility curves and studies: files and tables for other programs."""
 
-from damagepred.exports.files import FORMATS, export_curves, export_place, write_csv
+from damagepred.exports.files import FORMATS, export_curves
+from damagepred.exports.files import export_place as export_place
+from damagepred.exports.files import write_csv as write_csv
 from damagepred.exports.frames import curves_frame, frame, parameters_frame, to_arviz, walls_frame
 from damagepred.exports.openquake import openquake_xml
 from damagepred.exports.pelicun import pelicun_config, pelicun_frame
@@ -9,7 +11,6 @@ __all__ = [
     "FORMATS",
     "curves_frame",
     "export_curves",
-    "export_place",
     "frame",
     "openquake_xml",
     "parameters_frame",
@@ -17,5 +18,4 @@ __all__ = [
     "pelicun_frame",
     "to_arviz",
     "walls_frame",
-    "write_csv",
 ]

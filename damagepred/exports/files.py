@@ -24,46 +24,13 @@ FORMATS = {"pelicun": "_pelicun.csv", "openquake": "_openquake.xml", "openquake-
 
 
 def write_csv(frame: pd.DataFrame, path: Path, *, index: bool = True) -> None:
-    """Write a table as CSV.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        The table.
-    path : Path
-        File to write.
-    index : bool
-        Whether the index becomes columns.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from damagepred import exports, open_study, walls_frame
-    >>> exports.write_csv(walls_frame(open_study("house.dp")), Path("house.csv"))
-    >>> len(Path("house.csv").read_text().splitlines())
-    25
-    """
+    """Write a table as CSV."""
     check_output(path, ".csv")
     write_whole(path, lambda p: csv_safe(frame).to_csv(p, index=index))
 
 
-@checked
 def export_place(kind: str, beside: str | Path) -> Path:
-    """Path of an export: a file of its kind, or beside another file or a study folder, under its name.
-
-    Parameters
-    ----------
-    kind : str
-        One of ``FORMATS``.
-    beside : str or Path
-        File or folder such as ``curves.nc`` or ``house.dp``, or ``model.xml`` for the file itself.
-
-    Examples
-    --------
-    >>> from damagepred import exports
-    >>> str(exports.export_place("pelicun", "house.dp"))
-    'house_pelicun.csv'
-    """
+    """Path of an export: a file of its kind, or beside another file or a study folder, under its name."""
     if kind not in FORMATS:
         raise InputError(f"format = {kind!r}: exports are {', '.join(FORMATS)}." + nearest(kind, FORMATS))
     path = Path(beside)
@@ -88,7 +55,8 @@ def export_curves(
         For pelicun a damage model as CSV, with the options that define the demand as JSON; for OpenQuake a fragility
         model as NRML 0.5.
     beside : str or Path
-        See ``export_place``.
+        File to write, or file or study folder beside which the export gets its name: ``house.dp`` makes
+        ``house_pelicun.csv``.
     categories : sequence of int or str, optional
         Categories to export; by default all.
     extrapolated : bool
@@ -104,13 +72,10 @@ def export_curves(
     path = export_place(kind, beside)
     check_output(path, path.suffix)
     if kind == "pelicun":
-        frame, options = (
-            pelicun_frame(curves, categories=categories, extrapolated=extrapolated),
-            path.with_suffix(".json"),
-        )
-        config = json.dumps(pelicun_config(curves), indent=2) + "\n"
+        frame = pelicun_frame(curves, categories=categories, extrapolated=extrapolated)
         write_csv(frame, path)
-        write_text(options, config)
+        options = path.with_suffix(".json")
+        write_text(options, json.dumps(pelicun_config(curves), indent=2) + "\n")
         return [path, options]
     form: Literal["continuous", "discrete"] = "discrete" if kind.endswith("discrete") else "continuous"
     write_text(path, openquake_xml(curves, form, categories=categories, extrapolated=extrapolated))

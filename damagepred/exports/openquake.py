@@ -16,9 +16,11 @@ import xarray as xr
 from scipy import special
 
 from damagepred.errors import InputError
-from damagepred.exports.states import LimitStates, limit_states, require_order
+from damagepred.exports.states import in_metres, limit_states
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.text import without_controls
+from damagepred.uq.fragility.describe import lognormal_of
+from damagepred.uq.intensity import movement_words
 
 NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 INTENSITY = "PGD"
@@ -75,55 +77,43 @@ def openquake_xml(
         raise InputError(f"form = {form!r}: must be 'continuous' or 'discrete'.")
     if not identifier or not all(c.isascii() and (c.isalnum() or c in "_-.") for c in identifier):
         raise InputError(f"identifier = {identifier!r}: may have letters, digits, '_', '-' and '.' alone.")
-    states = limit_states(curves, categories, extrapolated)
-    require_order(states, "OpenQuake")
+    states = limit_states(curves, "OpenQuake", categories, extrapolated)
+    names, median, dispersion = states["state"].values.tolist(), states["median"].values, states["dispersion"].values
+    factor, unit = (100.0, "cm") if in_metres(states) else (1.0, "no unit")
+    # smallest and largest exported level
+    low = factor * float((median * np.exp(dispersion * special.ndtri(NOTHING))).min())
+    high = factor * float((median * np.exp(dispersion * special.ndtri(ALL))).max())
     root = Tree.Element("nrml", {"xmlns": NAMESPACE})
     attributes = {"id": identifier, "assetCategory": "buildings", "lossCategory": "structural"}
     model = Tree.SubElement(root, "fragilityModel", attributes)
-    Tree.SubElement(model, "description").text = _description(states)
-    Tree.SubElement(model, "limitStates").text = " ".join(states.name)
+    Tree.SubElement(model, "description").text = _description(states, factor, unit)
+    Tree.SubElement(model, "limitStates").text = " ".join(names)
     function = Tree.SubElement(model, "fragilityFunction", {"id": identifier, "format": form})
-    (_continuous if form == "continuous" else _discrete)(function, states)
+    imls = Tree.SubElement(function, "imls", {"imt": INTENSITY, "noDamageLimit": _text(low)})
+    if form == "continuous":
+        function.set("shape", "logncdf")
+        imls.attrib |= {"minIML": _text(low), "maxIML": _text(high)}
+        mean = factor * median * np.exp(dispersion**2 / 2)
+        for name, m, spread in zip(names, mean, mean * np.sqrt(np.expm1(dispersion**2))):
+            Tree.SubElement(function, "params", {"ls": name, "mean": _text(m), "stddev": _text(spread)})
+    else:
+        levels = np.geomspace(low, high, LEVELS)
+        imls.text = " ".join(map(_text, levels))
+        for name, probability in zip(names, lognormal_of(states).probability(levels / factor)):
+            Tree.SubElement(function, "poes", {"ls": name}).text = " ".join(f"{p:.9g}" for p in probability)
     Tree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + Tree.tostring(root, encoding="unicode") + "\n"
 
 
-def _continuous(function: Tree.Element, states: LimitStates) -> None:
-    function.set("shape", "logncdf")
-    low, high = map(_text, _range(states))
-    Tree.SubElement(function, "imls", {"imt": INTENSITY, "noDamageLimit": low, "minIML": low, "maxIML": high})
-    variance = states.dispersion**2
-    mean = _factor(states) * states.median * np.exp(variance / 2)
-    for name, m, spread in zip(states.name, mean, mean * np.sqrt(np.expm1(variance))):
-        Tree.SubElement(function, "params", {"ls": name, "mean": _text(m), "stddev": _text(spread)})
-
-
-def _discrete(function: Tree.Element, states: LimitStates) -> None:
-    low, high = _range(states)
-    levels = np.geomspace(low, high, LEVELS)
-    imls = Tree.SubElement(function, "imls", {"imt": INTENSITY, "noDamageLimit": _text(low)})
-    imls.text = " ".join(map(_text, levels))
-    for name, probability in zip(states.name, states.probability(levels / _factor(states))):
-        Tree.SubElement(function, "poes", {"ls": name}).text = " ".join(f"{p:.9g}" for p in probability)
-
-
-def _range(states: LimitStates) -> tuple[float, float]:
-    """Smallest and largest exported level."""
-    below, beyond = (states.median * np.exp(states.dispersion * special.ndtri(p)) for p in (NOTHING, ALL))
-    return _factor(states) * float(below.min()), _factor(states) * float(beyond.max())
-
-
-def _factor(states: LimitStates) -> float:
-    return 100.0 if states.units == "m" else 1.0
-
-
-def _description(states: LimitStates) -> str:
-    unit = "cm" if states.units == "m" else "no unit"
-    of = "; ".join(f"{name}: category {c} or worse" for name, c in zip(states.name, states.category))
-    largest = f"{_factor(states) * states.largest:.4g}{' cm' if states.units == 'm' else ''}"
+def _description(states: xr.Dataset, factor: float, unit: str) -> str:
+    title, words = without_controls(str(states.attrs.get("title", "fragility curves"))), movement_words(states)
+    of = "; ".join(
+        f"{name}: category {c} or worse" for name, c in zip(states["state"].values, states["category"].values)
+    )
+    largest = f"{factor * float(states['intensity'].max()):.4g}{' cm' if unit == 'cm' else ''}"
     return (
-        f"{without_controls(states.title)}. {INTENSITY} stands for the {states.words} ({unit}). {of}. Walls were moved "
-        f"to {largest} at most: beyond that the curves are extrapolated."
+        f"{title}. {INTENSITY} stands for the {words} ({unit}). {of}. Walls were moved to {largest} at most: beyond "
+        "that the curves are extrapolated."
     )
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import xarray as xr
 
 from damagepred.errors import InputError
-from damagepred.exports.states import limit_states, require_order
+from damagepred.exports.states import limit_states
 from damagepred.inputs.arguments import checked
 from damagepred.uq.intensity import movement_words
 
@@ -77,12 +77,10 @@ def pelicun_frame(
     """
     import pandas as pd
 
-    states = limit_states(curves, categories, extrapolated)
-    require_order(states, "pelicun")
-    demand = _demand(states.measure)
-    row: dict[str, Any] = {"Incomplete": 0, "Demand-Type": states.words.title(), "Demand-Unit": demand.unit}
+    states, demand = limit_states(curves, "pelicun", categories, extrapolated), _demand(curves)
+    row: dict[str, Any] = {"Incomplete": 0, "Demand-Type": movement_words(curves).title(), "Demand-Unit": demand.unit}
     row |= {"Demand-Offset": 0, "Demand-Directional": 1}
-    for number, (median, dispersion) in enumerate(zip(states.median, states.dispersion), start=1):
+    for number, (median, dispersion) in enumerate(zip(states["median"].values, states["dispersion"].values), start=1):
         row[f"LS{number}-Family"] = "lognormal"
         row |= {f"LS{number}-Theta_0": float(median), f"LS{number}-Theta_1": float(dispersion)}
     return pd.DataFrame([row], index=pd.Index([component], name="ID"))
@@ -98,12 +96,11 @@ def pelicun_config(curves: xr.Dataset) -> dict[str, Any]:
     >>> exports.pelicun_config(fit_fragility(open_study("house.dp"), bootstrap=20))
     {'CustomDemandTypes': {'Central Deflection': {'Acronym': 'CDF', 'UnitType': 'displacement'}}}
     """
-    demand = _demand(str(curves.attrs.get("intensity_measure", "")))
-    name = movement_words(curves).title()
+    demand, name = _demand(curves), movement_words(curves).title()
     return {"CustomDemandTypes": {name: {"Acronym": demand.acronym, "UnitType": demand.kind}}}
 
 
-def _demand(measure: str) -> Demand:
-    if measure not in DEMANDS:
+def _demand(curves: xr.Dataset) -> Demand:
+    if (measure := str(curves.attrs.get("intensity_measure", ""))) not in DEMANDS:
         raise InputError(f"intensity_measure = {measure!r}: exports for pelicun take {', '.join(DEMANDS)}.")
     return DEMANDS[measure]
