@@ -13,8 +13,7 @@ from damagepred.arrays import BoolArray
 from damagepred.damage.tracing import DPC_OPENING, DPC_SLIP
 from damagepred.inputs.arguments import checked
 from damagepred.plotting import sheet
-from damagepred.plotting.categories import table_of
-from damagepred.plotting.colours import CATEGORY_COLOURS, DPC_COLOUR, SLIP_COLOUR
+from damagepred.plotting.colours import CATEGORY_COLOURS, DPC_COLOUR, SLIP_COLOUR, table_of
 from damagepred.plotting.geometry import corners, footing_blocks, polygons
 from damagepred.plotting.rig import draw_bricks
 from damagepred.results.wall_cracks import WallCracks, crack_frame

@@ -152,8 +152,10 @@ class Deformed:
                 sides = np.stack((gaps[:, :2], gaps[:, 2:]), axis=1).reshape(-1, 2, 2)
                 sheet.add_lines(ax, sides, colors=colour, linewidths=0.6, zorder=4, label=label)
 
-    def finish(self, ax: Axes) -> None:
-        """Set the axes, and draw the scale bar of displacements."""
+    def finish(self, ax: Axes, words: str) -> None:
+        """Draw outlines, axes and title of a field, and the scale bar of displacements."""
+        self.draw_outlines(ax)
+        sheet.set_title(ax, sheet.title_of(self.ds, "wall"), words, self.scale)
         sheet.elevation(ax)
         low, high = self.shape.min(axis=0), self.shape.max(axis=0)
         room = 0.02 * (high - low)[0]
@@ -163,9 +165,7 @@ class Deformed:
             return
         # under the wall's right end, as long as a round displacement is drawn
         length = float(np.ptp(self.points[:, 0]))
-        wanted = 0.08 * length / self.factor
-        steps = np.outer(10.0 ** np.arange(-7, 3), [1.0, 2.0, 5.0]).ravel()
-        size = float(steps[np.argmin(np.abs(np.log(steps / wanted)))])
+        size = sheet.nearest_round(0.08 * length / self.factor, (1.0, 2.0, 5.0))
         right = float(self.shape[:, 0].max())
         left = right - self.factor * size
         under = sheet.below(ax, 0.47, ax.get_xaxis_transform())

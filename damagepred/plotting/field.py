@@ -97,7 +97,12 @@ def draw(
     if variable in along:
         bed = variable.removesuffix("_opening")
         return _draw_bed(ds, bed, ax) if bed in BEDS else _draw_footing_rise(ds, ax)
-    names = [*along, *(str(name) for name in ds.variables if _drawable(ds[name]))]
+    drawable = {  # numbers of blocks, contacts, zones or gridpoints, or of each increment
+        str(name): ("increment" in values.dims or (len(values.dims) == 1 and values.dims[0] in _PLACES))
+        and np.issubdtype(values.dtype, np.number)
+        for name, values in ds.variables.items()
+    }
+    names = [*along, *(name for name, number in drawable.items() if number)]
     if variable not in names:
         problem = "is neither a field on the wall nor a number at each increment"
         if variable not in ds.variables:
@@ -114,15 +119,10 @@ def draw(
     return _draw_over_movement(ds, variable, ax, against, label)
 
 
-def _drawable(values: xr.DataArray) -> bool:
-    """Whether a variable is a number of blocks, contacts, zones or gridpoints, or of each increment."""
-    of_parts = len(values.dims) == 1 and values.dims[0] in _PLACES
-    return np.issubdtype(values.dtype, np.number) and ("increment" in values.dims or of_parts)
-
-
-def _units(ds: xr.Dataset, name: str) -> str:
+def _shown_unit(ds: xr.Dataset, name: str) -> tuple[float, str]:
+    """Factor and unit of a variable, see ``sheet.shown_unit``."""
     stored = VARIABLES[name].units if name in VARIABLES else None
-    return str(ds[name].attrs.get("units", stored or "1"))
+    return sheet.shown_unit(str(ds[name].attrs.get("units", stored or "1")))
 
 
 def _draw_stress(
@@ -148,20 +148,12 @@ def _draw_stress(
         smooth = np.column_stack([wall.zones.at_gridpoints(s) for s in zoned.T])
         mesh = Triangulation(wall.gridpoints[:, 0], wall.gridpoints[:, 1], wall.zones.corners)
         ax.tricontourf(mesh, sheet.MPA * one_of(smooth, component), **filled).set_label("zones")
-    wall.draw_outlines(ax)
-    wall.finish(ax)
     every = sheet.MPA * np.concatenate([one_of(s, component) for s in (rigid, zoned, bent)])
     bar = sheet.bar_below(ax, ScalarMappable(norm, palette), "MPa, tension positive", extend="both", spacing="uniform")
     bar.set_ticks(list(limits[:: 1 + len(limits) // 8]))
-    reach = f"{_signed(every.min())} to {_signed(every.max())} MPa"
-    sheet.set_title(
-        ax, sheet.title_of(ds, "wall"), f"{STRESSES[variable]}, at {sheet.moved_to(ds, increment)}: {reach}", wall.scale
-    )
+    reach = f"{sheet.plain_number(every.min())} to {sheet.plain_number(every.max())} MPa"
+    wall.finish(ax, f"{STRESSES[variable]}, at {sheet.moved_to(ds, increment)}: {reach}")
     return ax
-
-
-def _signed(value: float) -> str:
-    return ("-" if value < 0 else "") + sheet.plain_number(abs(value))
 
 
 def _draw_field(ds: xr.Dataset, variable: str, ax: Axes | None, increment: int, exaggeration: float | None) -> Axes:
@@ -169,12 +161,15 @@ def _draw_field(ds: xr.Dataset, variable: str, ax: Axes | None, increment: int, 
     wall = Deformed.of(ds, increment, exaggeration)
     ax = sheet.axes_or_new(ax, 10.0, wall.sheet_height(2.4))
     field = ds[variable]
-    factor, unit = sheet.shown_unit(_units(ds, variable))
+    factor, unit = _shown_unit(ds, variable)
     values = (field.values[increment] if "increment" in field.dims else field.values) * factor
     words = sheet.verbatim(str(field.attrs.get("long_name", variable.replace("_", " "))))
-    flags = [str(word).replace("_", " ") for word in str(field.attrs.get("flag_meanings", "")).split()]
-    if flags:
-        names, palette = _flag_colours(variable, flags)
+    names = [str(word).replace("_", " ") for word in str(field.attrs.get("flag_meanings", "")).split()]
+    if names:
+        others = tuple(colour for colour, _ in colours.OPENING_STYLES) * 2
+        palette = list((colours.STATE_COLOURS if variable == "contact_state" else others)[: len(names)])
+        if variable == "zone_state":
+            names, palette = map(list, zip(*colours.ZONE_STATES))
         shades = to_rgba_array(palette)[values.astype(np.int64)]
         counted = zip(names, palette, np.bincount(values.astype(np.int64)))
         edge: dict[str, Any] = {"edgecolor": "0.6", "linewidth": 0.5}
@@ -187,22 +182,12 @@ def _draw_field(ds: xr.Dataset, variable: str, ax: Axes | None, increment: int, 
         shades = colour_map(norm(np.nan_to_num(values)))
         shades[~np.isfinite(values)] = to_rgba_array("white")
         sheet.bar_below(ax, ScalarMappable(norm, colour_map), f"{variable.replace('_', ' ')}{unit}")
-        ends = (_signed(end) for end in (shown.min(), shown.max())) if shown.size else ("–", "–")
+        ends = (sheet.plain_number(end) for end in (shown.min(), shown.max())) if shown.size else ("–", "–")
         reach = f": {' to '.join(ends)}{unit.replace('(', '').replace(')', '')}"
     _fill(ax, wall, next(d for d in field.dims if d in _PLACES), values, shades)
-    wall.draw_outlines(ax)
-    wall.finish(ax)
     moved = f" at {sheet.moved_to(ds, increment)}" if "increment" in field.dims else ""
-    sheet.set_title(ax, sheet.title_of(ds, "wall"), f"{words}{moved}{reach}", wall.scale)
+    wall.finish(ax, f"{words}{moved}{reach}")
     return ax
-
-
-def _flag_colours(variable: str, flags: list[str]) -> tuple[list[str], list[str]]:
-    """Names and colours of the values of a variable that has flags."""
-    if variable == "zone_state":
-        return [name for name, _ in colours.ZONE_STATES], [colour for _, colour in colours.ZONE_STATES]
-    others = tuple(colour for colour, _ in colours.OPENING_STYLES) * 2
-    return flags, list((colours.STATE_COLOURS if variable == "contact_state" else others)[: len(flags)])
 
 
 def _fill(ax: Axes, wall: Deformed, place: Any, values: FloatArray, shades: FloatArray) -> None:
@@ -215,20 +200,17 @@ def _fill(ax: Axes, wall: Deformed, place: Any, values: FloatArray, shades: Floa
     if place == "zone":
         sheet.add_shapes(ax, wall.gridpoints[wall.zones.corners], label="zones", **style)
         return
-    points = wall.gridpoints if place == "gridpoint" else _contacts(wall)
+    if place == "gridpoint":
+        points = wall.gridpoints
+    else:  # contacts midway between the two blocks
+        points = np.column_stack([wall.ds[f"contact_{axis}"].values for axis in "xy"])
+        _, face = np.unique(wall.ds["contact_interface"].values, return_inverse=True)
+        sides = wall.faces.joints.blocks[face].T
+        moved = sum(wall.motion.at(np.maximum(side, 0), points) * (side >= 0)[:, None] for side in sides)
+        points = points + wall.factor * moved / np.maximum((sides >= 0).sum(axis=0), 1)[:, None]
     finite = np.isfinite(values)
     x, y = points[finite].T
     ax.scatter(x, y, s=9.0, c=shades[finite], linewidths=0.0, zorder=5, label=f"{place}s")
-
-
-def _contacts(wall: Deformed) -> FloatArray:
-    """Contacts as drawn, (c, 2) (m): midway between the two blocks."""
-    place = np.column_stack([wall.ds[f"contact_{axis}"].values for axis in "xy"])
-    _, face = np.unique(wall.ds["contact_interface"].values, return_inverse=True)
-    sides = wall.faces.joints.blocks[face].T
-    moved = [wall.motion.at(np.maximum(side, 0), place) * (side >= 0)[:, None] for side in sides]
-    count = np.maximum(sum((side >= 0).astype(float) for side in sides), 1.0)
-    return np.asarray(place + wall.factor * (moved[0] + moved[1]) / count[:, None])
 
 
 def _draw_along(
@@ -251,7 +233,7 @@ def _draw_along(
 
 def _draw_sections(ds: xr.Dataset, variable: str, ax: Axes | None) -> Axes:
     """Draw a variable of the footing's sections."""
-    factor, unit = sheet.shown_unit(_units(ds, variable))
+    factor, unit = _shown_unit(ds, variable)
     label = f"{variable.removeprefix('section_').replace('_', ' ')}{unit}"
     ax = _draw_along(ds, ax, ds["section_x"].values, ds[variable].values * factor, label)
     sheet.set_title(ax, sheet.title_of(ds, "wall"), str(ds[variable].attrs.get("long_name", "")))
@@ -285,18 +267,14 @@ def _draw_bed(ds: xr.Dataset, bed: str, ax: Axes | None) -> Axes:
         ax.axhline(threshold * sheet.MM, color="black", linestyle="--", linewidth=1.0, label=f"threshold {limit}")
     stretches = [span for piece in pieces for span in geometry.open_stretches(x[piece], opening[-1, piece], threshold)]
     sheet.legend_below(ax, ax.get_legend_handles_labels()[0])
-    widest = f"open by {sheet.plain_number(float(opening[-1].max()) * sheet.MM)} mm at most"
-    words = f"at {sheet.moved_to(ds, -1)} the {name} is {widest}, {_reach(stretches, limit, ax.get_xlim()[0])}"
-    sheet.set_title(ax, sheet.title_of(ds, "wall"), words)
-    return ax
-
-
-def _reach(stretches: list[tuple[float, float]], limit: str, left: float) -> str:
-    if not stretches:
-        return f"nowhere by more than {limit}"
+    left = ax.get_xlim()[0]
     spans = ", ".join(f"{a - left:.2f} to {b - left:.2f} m" for a, b in stretches[:4])
     more = f" and {len(stretches) - 4} more stretches" if len(stretches) > 4 else ""
-    return f"by more than {limit} along {spans}{more}"
+    reach = f"by more than {limit} along {spans}{more}" if stretches else f"nowhere by more than {limit}"
+    widest = f"open by {sheet.plain_number(float(opening[-1].max()) * sheet.MM)} mm at most"
+    words = f"at {sheet.moved_to(ds, -1)} the {name} is {widest}, {reach}"
+    sheet.set_title(ax, sheet.title_of(ds, "wall"), words)
+    return ax
 
 
 def _draw_over_movement(ds: xr.Dataset, variable: str, ax: Axes | None, against: str | None, label: str | None) -> Axes:
@@ -308,7 +286,7 @@ def _draw_over_movement(ds: xr.Dataset, variable: str, ax: Axes | None, against:
         raise InputError(f"against = '{by}': {allowed}{nearest(by, names)}")
     first = ax is None or not ax.lines
     ax = sheet.axes_or_new(ax, 8.0, 5.0)
-    (factor, unit), (x_factor, x_unit) = (sheet.shown_unit(_units(ds, name)) for name in (variable, by))
+    (factor, unit), (x_factor, x_unit) = (_shown_unit(ds, name) for name in (variable, by))
     x, y = ds[by].values * x_factor, ds[variable].values * factor
     name = movement_words(ds, by) if by.endswith(("movement", "deflection", "displacement")) else by.replace("_", " ")
     in_stages = against is None and label is None and "stage" in ds.variables and y.ndim == 1
@@ -337,8 +315,13 @@ def _draw_over_movement(ds: xr.Dataset, variable: str, ax: Axes | None, against:
         if not moving.any():
             ax.lines[-1].set_label(f"{text}: unknown")
     if "limit_deflection" in ds.attrs and variable == "jack_load" and by == "central_deflection":
-        # in a rig that cannot pull, the footing goes no further
-        _mark_limit(ax, float(ds.attrs["limit_deflection"]) * sheet.MM, ax.lines[-1].get_color())
+        # in a rig that cannot pull, the footing goes no further: jacks or a support carry nothing any more
+        limit, style = float(ds.attrs["limit_deflection"]) * sheet.MM, {"markersize": 7, "markerfacecolor": "white"}
+        style |= {"markeredgecolor": ax.lines[-1].get_color(), "zorder": 5}
+        ax.plot([limit], [0.0], marker="o", linestyle="none", label="_limit", **style)
+        earlier = sum(line.get_label() == "_limit" for line in ax.lines) - 1
+        words, above = f"no load at {sheet.plain_number(limit)} mm", (0, 10 + 14 * earlier)
+        ax.annotate(words, (limit, 0.0), above, textcoords="offset points", ha="right", fontsize=sheet.small(ax))
     if handles := [line for line in ax.lines if not str(line.get_label()).startswith("_")]:
         sheet.legend_below(ax, handles, 3)
     return ax
@@ -349,23 +332,10 @@ def _labelled(ds: xr.Dataset, variable: str, label: str | None) -> list[str | No
     if ds[variable].ndim == 1:
         return [label]
     dim = str(ds[variable].dims[-1])
-    names = [_opening(ds, k) if dim == "opening" else f"{dim} {k + 1}" for k in range(ds.sizes[dim])]
+    names = [f"{dim} {number}" for number in range(1, ds.sizes[dim] + 1)]
+    sizes = [ds[f"opening_{side}"].values for side in ("left", "sill", "width", "height")] if dim == "opening" else []
+    for k, (left, sill, width, height) in enumerate(zip(*sizes)):
+        if np.isfinite([left, sill, width, height]).all():
+            kind = "window" if sill > 0 else "door"
+            names[k] = f"{kind} {k + 1}: {width:.2f} x {height:.2f} m, at {left:.2f} m"
     return [f"{label}: {name}" if label else name for name in names]
-
-
-def _opening(ds: xr.Dataset, number: int) -> str:
-    values = [float(ds[f"opening_{name}"].values[number]) for name in ("left", "sill", "width", "height")]
-    if not np.isfinite(values).all():
-        return f"opening {number + 1}"
-    left, sill, width, height = values
-    kind = "window" if sill > 0 else "door"
-    return f"{kind} {number + 1}: {width:.2f} x {height:.2f} m, at {left:.2f} m"
-
-
-def _mark_limit(ax: Axes, limit: float, colour: Any) -> None:
-    """Mark the deflection (mm) at which jacks or a support carry nothing any more."""
-    style: dict[str, Any] = {"markersize": 7, "markerfacecolor": "white", "markeredgecolor": colour, "zorder": 5}
-    ax.plot([limit], [0.0], marker="o", linestyle="none", label="_limit", **style)
-    earlier = sum(line.get_label() == "_limit" for line in ax.lines) - 1
-    words, above = f"no load at {sheet.plain_number(limit)} mm", (0, 10 + 14 * earlier)
-    ax.annotate(words, (limit, 0.0), above, textcoords="offset points", ha="right", fontsize=sheet.small(ax))

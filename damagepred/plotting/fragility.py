@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter
 
 from damagepred.archive.schema import flag_name
-from damagepred.arrays import FloatArray, IntArray
+from damagepred.arrays import IntArray
 from damagepred.damage import construction_limits
 from damagepred.formatting import counted, ratio
 from damagepred.inputs.arguments import checked
@@ -79,14 +79,18 @@ def draw_fragility(
     in_metres = curves["intensity"].attrs.get("units") == "m"
     scale = sheet.MM if in_metres else 1.0
     x = curves["intensity"].values * scale
-    handles: list[Line2D] = []
+    handles: list[Artist] = []
     for number, category in enumerate(curves["category"].values):
         curve = curves.isel(category=number)
         colour = CATEGORY_COLOURS[int(category) % len(CATEGORY_COLOURS)]
         style = CURVE_STYLES[number % len(CURVE_STYLES)]
         status = str(curve["fit_status"].item())
-        if "empirical" in curve and status != EMPIRICAL:
-            _draw_shares(ax, curves, curve["empirical"].values, scale, colour)
+        if "empirical" in curve and status != EMPIRICAL:  # shares of walls
+            share, pale = curve["empirical"].values, {"color": colour, "alpha": 0.7, "zorder": 3}
+            if "movements" in curves.attrs:  # all walls have the same increments
+                ax.plot(curves.attrs["movements"] * scale, share[_at_increments(curves)], **pale, **_POINTS)
+            else:
+                ax.plot(x, share, linewidth=0.9, drawstyle="steps-post", **pale)
         name = f"category {int(category)} ({_name(curves, number)})"
         if status not in (*WITH_CURVE, EMPIRICAL):
             mark: dict[str, Any] = _POINTS if "movements" in curves.attrs else {}
@@ -113,7 +117,12 @@ def draw_fragility(
     sheet.grid(ax)
     label_intensity(ax, curves, in_metres)
     ax.set_ylabel("probability of the category or worse")
-    sheet.legend_below(ax, [*handles, *_mark_ranges(ax, marks or {}, scale)], 1, 0.6, left=True)
+    for name, (low, high) in (marks or {}).items():
+        if high > low:
+            handles.append(ax.axvspan(scale * low, scale * high, color="0.5", alpha=0.18, linewidth=0, label=name))
+        else:
+            handles.append(ax.axvline(scale * low, color="black", linewidth=1.2, zorder=2.5, label=name))
+    sheet.legend_below(ax, handles, 1, 0.6, left=True)
     sheet.set_title(ax, *_title(curves))
     return ax
 
@@ -122,16 +131,6 @@ def _at_increments(curves: xr.Dataset) -> IntArray:
     """First points of curves at or beyond the movements of the increments."""
     x = curves["intensity"].values
     return np.minimum(np.searchsorted(x, curves.attrs["movements"] - 1e-9 * x[-1]), len(x) - 1)
-
-
-def _draw_shares(ax: Axes, curves: xr.Dataset, share: FloatArray, scale: float, colour: str) -> None:
-    """Draw shares of walls: as points at the increments where all walls have the same, otherwise as steps."""
-    x = curves["intensity"].values * scale
-    if "movements" not in curves.attrs:
-        ax.plot(x, share, color=colour, linewidth=0.9, alpha=0.7, drawstyle="steps-post", zorder=3)
-        return
-    shown = share[_at_increments(curves)]
-    ax.plot(curves.attrs["movements"] * scale, shown, color=colour, alpha=0.7, zorder=3, **_POINTS)
 
 
 def _name(curves: xr.Dataset, number: int) -> str:
@@ -159,17 +158,6 @@ def _parameters(curve: xr.Dataset, largest: float, scale: float, in_metres: bool
         return "fewer than half of the samples reached it"
     scatter = float(curve["dispersion"])
     return f"median {shown(median)}" + (f", dispersion {scatter:.2f}" if np.isfinite(scatter) else "")
-
-
-def _mark_ranges(ax: Axes, marks: Mapping[str, tuple[float, float]], scale: float) -> list[Artist]:
-    """Shade ranges of the movement, a single movement as a line; entries of the legend."""
-    handles: list[Artist] = []
-    for name, (low, high) in marks.items():
-        if high > low:
-            handles.append(ax.axvspan(scale * low, scale * high, color="0.5", alpha=0.18, linewidth=0, label=name))
-        else:
-            handles.append(ax.axvline(scale * low, color="black", linewidth=1.2, zorder=2.5, label=name))
-    return handles
 
 
 def _mark_limits(ax: Axes, span: float) -> None:

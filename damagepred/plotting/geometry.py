@@ -10,7 +10,7 @@ import xarray as xr
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import JointMap
 from damagepred.enumerations import ContactKind
-from damagepred.plotting.sheet import round_numbers
+from damagepred.plotting.sheet import nearest_round
 
 FINITE_ROTATION = 0.02
 """Rotation (rad) from which it is drawn in full, not to first order."""
@@ -134,8 +134,7 @@ def round_exaggeration(displacement: FloatArray, length: float) -> float:
     if not np.isfinite(largest) or largest <= 0.0:
         return 1.0
     wanted = min(max(DRAWN_DISPLACEMENT * length / largest, 1.0), LARGEST_EXAGGERATION)
-    factors = round_numbers(4)
-    return float(factors[np.argmin(np.abs(np.log(factors / wanted)))])
+    return nearest_round(wanted, (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0))
 
 
 def footing_rise(ds: xr.Dataset, increment: int, footing: BoolArray) -> tuple[FloatArray, FloatArray]:
@@ -184,11 +183,6 @@ def opening_along(ds: xr.Dataset, kind: int = ContactKind.DPC) -> tuple[FloatArr
     interrupted = np.flatnonzero(left[1:] > right[:-1] + 1e-9) + 1
     pieces = np.split(np.arange(x.size), interrupted * x.shape[1])
     return x.ravel(), opening.reshape(len(opening), -1), pieces
-
-
-def has_zones(ds: xr.Dataset) -> bool:
-    """Whether zones are stored."""
-    return "zone_state" in ds.variables
 
 
 @dataclass(frozen=True)

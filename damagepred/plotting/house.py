@@ -14,8 +14,7 @@ from matplotlib.lines import Line2D
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.plotting import sheet
-from damagepred.plotting.categories import name_of, table_of
-from damagepred.plotting.colours import BRICK_COLOURS, BRICK_EDGE, CATEGORY_COLOURS, FOOTING_COLOUR
+from damagepred.plotting.colours import BRICK_COLOURS, BRICK_EDGE, CATEGORY_COLOURS, FOOTING_COLOUR, name_of, table_of
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, polygons
 from damagepred.plotting.sheet import MM, small

@@ -29,7 +29,6 @@ from damagepred.plotting.cracks import draw_cracks
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.field import draw
 from damagepred.plotting.fragility import draw_fragility
-from damagepred.plotting.geometry import has_zones
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.house import draw_axonometric, draw_plan, draw_unfolded
 from damagepred.plotting.scene import draw_scene
@@ -100,7 +99,7 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
 
 def stress_sheets(ds: xr.Dataset) -> dict[str, Figure]:
     """Stresses half-way and at the end; of rigid blocks, which have one mean each, along the wall at the end."""
-    if not has_zones(ds):
+    if "zone_state" not in ds:
         return {} if is_dynamic(ds) else {"stress_xx.png": sheet.figure_of(draw(ds, "stress_xx"))}
     last, components = ds.sizes["increment"] - 1, ("stress_xx", "stress_yy", "stress_xy")
     sheets = {f"{name}.png": stress_sheet(ds, [(name, i) for i in sorted({half_way(ds), last})]) for name in components}

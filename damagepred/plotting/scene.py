@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.bond import Brick, exposed_top, lay_bricks, parted
@@ -70,35 +68,23 @@ def draw_scene(scene: Scene, ax: Axes | None = None) -> Axes:
     sheet.elevation(ax)
     ax.margins(0.03)
     ax.autoscale_view()
-    drawn = [artist for artist in (*ax.collections, *ax.lines) if str(artist.get_label())[0] != "_"]
-    entries = [_entry(artist) for artist in drawn if artist.get_label() not in ("bricks", "soil")]
-    sheet.legend_below(ax, entries, left=True)
+    artists = [*ax.collections, *ax.lines]
+    named = [artist for artist in artists if not re.match("_|bricks|soil", str(artist.get_label()))]
+    sheet.legend_below(ax, named, left=True)
     scale = f"movement of the ground exaggerated {sheet.plain_number(factor)} times" if factor > 1.0 else ""
     sheet.set_title(ax, sheet.verbatim(scene.title), what_moves(scene), scale)
     return ax
 
 
-def _entry(artist: Any) -> Patch | Line2D:
-    """Entry of the legend for lines or patches."""
-    style: dict[str, Any] = {"label": artist.get_label(), "linewidth": 1.8}
-    if isinstance(artist, PolyCollection):
-        style |= {"facecolor": artist.get_facecolor()[0], "edgecolor": artist.get_edgecolor()[0], "linewidth": 0.6}
-        return Patch(**style)
-    if isinstance(artist, LineCollection):
-        return Line2D([], [], **(style | {"color": artist.get_colors()[0]}))
-    style |= {"color": artist.get_color(), "linestyle": artist.get_linestyle()}
-    return Line2D([], [], **style)
-
-
 def _draw_wall(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
     """Draw bricks, lintels, dpc and control joints."""
     style = {"edgecolors": colours.BRICK_EDGE, "linewidths": 0.35, "zorder": 2}
-
-    def bridges(b: Brick) -> bool:
-        over = (b.left - 1e-9 < h.x < h.right < b.right + 1e-9 and 0 <= b.bottom - h.top < 1e-3 for h in scene.opening)
-        return any(over)
-
-    lintels = [b for b in bricks if bridges(b)]
+    lintels = [  # over the whole width of an opening
+        b
+        for b in bricks
+        for h in scene.opening
+        if b.left - 1e-9 < h.x < h.right < b.right + 1e-9 and 0 <= b.bottom - h.top < 1e-3
+    ]
     for label, shown, colour in (
         ("bricks", [b for b in bricks if b not in lintels], colours.BRICK_COLOURS[1]),
         ("lintels", lintels, LINTEL_COLOUR),

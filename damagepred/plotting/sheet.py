@@ -237,9 +237,10 @@ def plain_number(value: float) -> str:
     return f"{float(f'{value:.3g}'):z.10f}".rstrip("0").rstrip(".")
 
 
-def round_numbers(decades: int) -> FloatArray:
-    """Round numbers from 1 up to 10**decades, ten per decade, rising."""
-    return np.outer(10.0 ** np.arange(decades), [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]).ravel()
+def nearest_round(value: float, digits: Sequence[float]) -> float:
+    """Nearest number of these digits, times a power of ten, to a positive value on a logarithmic scale."""
+    numbers = np.outer(10.0 ** (np.floor(np.log10(value)) + [0, 1]), digits).ravel()
+    return float(numbers[np.argmin(np.abs(np.log(numbers / value)))])
 
 
 def spread_evenly(count: int, most: int) -> IntArray:

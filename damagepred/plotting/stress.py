@@ -13,7 +13,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.joints import JointMap
 from damagepred.errors import InputError
 from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import corners, has_zones, polygons
+from damagepred.plotting.geometry import corners, polygons
 from damagepred.plotting.sheet import MPA, require
 from damagepred.scene.scene import archived_scene
 
@@ -42,7 +42,7 @@ def check_stress(ds: xr.Dataset) -> None:
     """Refuse datasets without stresses."""
     needed = ("contact_normal_stress", "contact_shear_stress")
     require(ds, needed, "the result of one wall with all its fields (`damagepred solve`)")
-    if is_dynamic(ds) and not has_zones(ds):
+    if is_dynamic(ds) and "zone_state" not in ds:
         raise InputError("stress in rigid blocks is drawn of static runs only: in time, they change neighbours.")
 
 
@@ -119,7 +119,7 @@ def stresses(wall: Deformed) -> tuple[FloatArray, FloatArray]:
     """Stresses s_xx, s_yy, s_xy (Pa) of the rigid blocks (k, 3) and of all zones (z, 3)."""
     bricks = wall.rigid & ~wall.footing
     rigid = block_stress(wall.ds, wall.increment)[bricks] if bricks.any() else np.empty((0, 3))
-    return rigid, zone_stress(wall.ds, wall.increment) if has_zones(wall.ds) else np.empty((0, 3))
+    return rigid, zone_stress(wall.ds, wall.increment) if "zone_state" in wall.ds else np.empty((0, 3))
 
 
 def stress_levels(ds: xr.Dataset, variable: str, increments: Sequence[int]) -> FloatArray:

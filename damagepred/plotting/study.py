@@ -14,9 +14,8 @@ from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
-from damagepred.plotting import sheet
-from damagepred.plotting.categories import highest_of, name_of, not_reached, shade_bands, table_of, width_scale
-from damagepred.plotting.colours import CATEGORY_COLOURS, FOOTING_GAP_COLOUR
+from damagepred.plotting import colours, sheet
+from damagepred.plotting.colours import CATEGORY_COLOURS, FOOTING_GAP_COLOUR, highest_of, not_reached
 from damagepred.results.house import noun
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.intensity import movement_measure, movement_words
@@ -83,7 +82,7 @@ def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
     sheet.require(ds, (*_NEEDED, variable), _STUDY)
     paths = common_paths(ds, width_name=variable)
     ax = sheet.axes_or_new(ax, 9.0, 5.5)
-    table, of_cracks = table_of(ds), variable.startswith("crack_")
+    table, of_cracks = colours.table_of(ds), variable.startswith("crack_")
     factor, unit = sheet.shown_unit(str(ds[variable].attrs.get("units", "m" if of_cracks else "1")))
     x, values = paths.movement * sheet.MM, paths.width * factor
     shown = np.where(np.isfinite(values), values, np.nan)
@@ -112,8 +111,8 @@ def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
     categories = ""
     if of_cracks and unit == " (mm)":
         name = "widest crack" if variable == "crack_width_max" else variable.replace("_", " ")
-        width_scale(ax, shown, table, name)
-        shade_bands(ax, table)
+        colours.width_scale(ax, shown, table, name)
+        colours.shade_bands(ax, table)
         by = f"; categories of damage by {table.name}" if table.category_names else ""
         categories = by + not_reached(ds, int(paths.category.max()))
     else:
@@ -173,10 +172,9 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     weight = sample_weights(ds)
     kinds = [*range(highest + 1), NOT_KNOWN]
     shares = np.array([(weight[:, None] * (paths.category == c)).sum(axis=0) for c in kinds]) / weight.sum()
-    labels = [f"{c} {name_of(ds, c)}" for c in range(highest + 1)]
     bottom = np.zeros_like(x)
-    for category, label in enumerate(labels):
-        top = bottom + shares[category]
+    for category in range(highest + 1):
+        top, label = bottom + shares[category], f"{category} {colours.name_of(ds, category)}"
         ax.fill_between(x, bottom, top, color=CATEGORY_COLOURS[category], linewidth=0.6, edgecolor="white", label=label)
         bottom = top
     if shares[-1].any():

@@ -19,7 +19,7 @@ from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import ContactKind, PathStatus
 from damagepred.inputs.arguments import checked
 from damagepred.plotting import colours, sheet
-from damagepred.plotting.categories import name_of, table_of
+from damagepred.plotting.colours import name_of, table_of
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, ground_profile, settlement
 from damagepred.plotting.rig import draw_footing_blocks, draw_rig, draw_soil, draw_test
@@ -75,7 +75,9 @@ def draw_wall(
         draw_test(ax, archived_scene(ds.attrs), float(ds["load_force"].values[increment]))
     else:
         _draw_ground(ax, ds, increment, wall.factor)
-    tones, bricks = _tones(len(wall.footing)), np.flatnonzero(~wall.footing)
+    # a fixed seed: the same wall always looks the same
+    number = np.random.default_rng(1).integers(len(colours.BRICK_COLOURS), size=len(wall.footing))
+    tones, bricks = [colours.BRICK_COLOURS[i] for i in number], np.flatnonzero(~wall.footing)
     faces, joints = wall.faces, wall.faces.joints
     halves = faces.pick(joints.kind == ContactKind.BRICK_JOINT)
     left, right = halves.joints.blocks.T.tolist()
@@ -110,11 +112,6 @@ def draw_wall(
         sheet.add_lines(ax, _middle(slipped), colors=colours.SLIP_COLOUR, linewidths=2.2, zorder=3.8, label="slips")
     _finish(ax, wall)
     return ax
-
-
-def _tones(count: int) -> list[str]:
-    # a fixed seed: the same wall always looks the same
-    return [colours.BRICK_COLOURS[i] for i in np.random.default_rng(1).integers(len(colours.BRICK_COLOURS), size=count)]
 
 
 def _middle(gaps: FloatArray) -> FloatArray:

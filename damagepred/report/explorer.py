@@ -20,7 +20,7 @@ from damagepred.archive.schema import category_label, is_dynamic
 from damagepred.enumerations import ContactKind
 from damagepred.formatting import length
 from damagepred.plotting import colours
-from damagepred.plotting.categories import table_of
+from damagepred.plotting.colours import table_of
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, Motion, ground_profile
 from damagepred.plotting.sheet import MM, moved_to
