@@ -10,7 +10,6 @@ from damagepred.damage.deviation import Deviation as Deviation
 from damagepred.damage.deviation import Distortion as Distortion
 from damagepred.damage.deviation import Frames as Frames
 from damagepred.damage.deviation import SightLines as SightLines
-from damagepred.damage.deviation import deviation_limits, sticking_limits
 from damagepred.damage.deviation import largest_distortion as largest_distortion
 from damagepred.damage.joints import JointMap as JointMap
 from damagepred.damage.judge import GROUP_COUNTS
@@ -21,8 +20,10 @@ from damagepred.damage.limits import (
     MovementLimit,
     StrainTable,
     construction_limits,
+    deviation_limits,
     load_movement_limits,
     load_strain_table,
+    sticking_limits,
 )
 from damagepred.damage.table import OWN_MEASURES as OWN_MEASURES
 from damagepred.damage.table import STATE_TAKES as STATE_TAKES

@@ -2,49 +2,12 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
-from damagepred.damage.limits import level_of, read_levels
-
-
-class DeviationLimits(NamedTuple):
-    """Limits of slope, and the length on which it is measured; from ``data/damage/deviation.toml``."""
-
-    name: str
-    source: str
-    confidence: str  # (``data_files.CONFIDENCE``)
-    level_names: tuple[str, ...]  # names of levels 0, 1, ...
-    limits: tuple[float, ...]  # smallest deviation of levels 1, 2, ...
-    gauge: float  # length on which a deviation is measured (m)
-
-    def level(self, *deviation: FloatArray) -> Int8Array:
-        """Level of the largest deviation, element by element; -1 where one is unknown."""
-        return level_of(np.max(np.broadcast_arrays(*deviation), axis=0), self.limits)
-
-
-@lru_cache(maxsize=1)
-def deviation_limits() -> DeviationLimits:
-    """Limits of slope.
-
-    Examples
-    --------
-    >>> from damagepred import damage
-    >>> [f"1 in {1 / slope:.0f}" for slope in damage.deviation_limits().limits]
-    ['1 in 150', '1 in 100']
-    """
-    content, levels = read_levels("deviation")
-    return DeviationLimits(
-        content["name"],
-        content["source"],
-        content["confidence"],
-        tuple(level["name"] for level in levels),
-        tuple(float(level["from"]) for level in levels[1:]),
-        float(content["gauge"]["length"]),
-    )
+from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.damage.limits import deviation_limits
 
 
 class Deviation(NamedTuple):
@@ -174,44 +137,3 @@ class Frames(NamedTuple):
 
 def _length(vector: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(vector[..., 0], vector[..., 1]))
-
-
-class StickingLimits(NamedTuple):
-    """Limits of distortion at which doors and windows stick; from ``data/damage/opening_distortion.toml``."""
-
-    name: str
-    source: str
-    confidence: str  # (``data_files.CONFIDENCE``)
-    level_names: tuple[str, ...]  # names of levels 0, 1, ...
-    # smallest distortion (rad), loss of width (m) and shortening of a diagonal (m) of levels 1, 2, ...
-    angle: tuple[float, ...]
-    narrowing: tuple[float, ...]
-    diagonal: tuple[float, ...]
-
-    def level(self, distortion: FloatArray, width_change: FloatArray, diagonal_change: FloatArray) -> Int8Array:
-        """Level of openings, element by element: the highest of the three measures; -1 where unknown."""
-        measured = (distortion, -np.asarray(width_change), -np.asarray(diagonal_change))
-        levels = np.array(
-            [level_of(v, limit) for limit, v in zip((self.angle, self.narrowing, self.diagonal), measured)]
-        )
-        return np.where((levels < 0).any(axis=0), -1, levels.max(axis=0)).astype(np.int8)
-
-
-@lru_cache(maxsize=1)
-def sticking_limits() -> StickingLimits:
-    """Limits of distortion at which doors and windows stick.
-
-    Examples
-    --------
-    >>> from damagepred import damage
-    >>> damage.sticking_limits().narrowing
-    (0.003, 0.006)
-    """
-    content, levels = read_levels("opening_distortion")
-    return StickingLimits(
-        content["name"],
-        " ".join(content["source"].split()),
-        content["confidence"],
-        tuple(level["name"] for level in levels),
-        *(tuple(float(level[name]) for level in levels[1:]) for name in ("angle", "narrowing", "diagonal")),
-    )

@@ -129,16 +129,6 @@ class JointMap:
         return self.kind == ContactKind.FOOTING_INTERFACE
 
     @cached_property
-    def dpc(self) -> IntArray:
-        """Numbers of the interfaces of the dpc."""
-        return np.flatnonzero(self.is_dpc)
-
-    @cached_property
-    def footing(self) -> IntArray:
-        """Numbers of the interfaces of the footing bed."""
-        return np.flatnonzero(self.is_footing)
-
-    @cached_property
     def contacts_along(self) -> tuple[IntArray, FloatArray]:
         """Order of the contacts along each interface (m, q), and their distance from its start (m)."""
         along = (self.end - self.start) / self.length[:, None]
@@ -206,12 +196,12 @@ class JointMap:
     @cached_property
     def dpc_profile(self) -> Profile:
         """Nodes of the dpc."""
-        return self.profile(self.dpc)
+        return self.profile(np.flatnonzero(self.is_dpc))
 
     @cached_property
     def footing_profile(self) -> Profile:
         """Nodes of the footing bed."""
-        return self.profile(self.footing)
+        return self.profile(np.flatnonzero(self.is_footing))
 
     @cached_property
     def middle_y(self) -> FloatArray:

@@ -25,9 +25,7 @@ class Verdict(NamedTuple):
     damage_category_band: int  # by the width of the widest crack band instead of the widest joint
     # largest opening normal to a joint of the wall proper (m), the measure of damage tables here
     crack_width_max: float
-    crack_band_width_max: (
-        float  # widest crack band (m), see ``damagepred.damage.crack_bands``; at least ``crack_width_max``
-    )
+    crack_band_width_max: float  # widest crack band (m), at least ``crack_width_max``; see ``crack_bands``
     crack_count: int  # separate cracks of the wall proper of ``table.counted_width`` or more
     crack_length_total: float  # of all cracks of the wall proper together (m)
     psi: float  # see ``damagepred.damage.cracks.psi``
@@ -94,7 +92,7 @@ def judge(
     joint = float(gap[joints.is_wall[interface]].max(initial=0.0))
     band = max(joint, BandGauges.of_joints(joints, rules.band_gauge).width(opening, cracked, rules.band_threshold))
     footing = float(gap[joints.is_footing[interface]].max(initial=0.0))
-    judged = rules.widths(widest, band, footing, bool(joints.dpc.size))
+    judged = rules.widths(widest, band, footing, bool(joints.is_dpc.any()))
     group = groups[-1] if rules.count_rule else 0.0
     by_joint, by_band = rules.table.by_width_and_group(np.array(judged), group).tolist()
     verdict = Verdict(
@@ -107,9 +105,9 @@ def judge(
         psi=psi(cracks),
         crack_group_width=groups[:-1],
         base_crack_width_max=float(gap[joints.is_base[interface]].max(initial=0.0)),
-        dpc_opening_max=float(widths[joints.dpc].max(initial=0.0)),
+        dpc_opening_max=float(widths[joints.is_dpc].max(initial=0.0)),
         dpc_separation_length=joints.dpc_profile.open_length(opening, rules.dpc_threshold),
-        dpc_slip_max=float(np.abs(slip[joints.dpc]).max(initial=0.0)),
+        dpc_slip_max=float(np.abs(slip[joints.is_dpc]).max(initial=0.0)),
         footing_opening_max=footing,
         footing_separation_length=joints.footing_profile.open_length(opening, rules.footing_threshold),
     )

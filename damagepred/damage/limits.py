@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from damagepred.arrays import Int8Array
+from damagepred.arrays import FloatArray, Int8Array
 from damagepred.inputs.data_files import data_tables
 
 
@@ -22,6 +22,12 @@ def level_of(
     bounds = np.asarray(limits, dtype=np.float64) * (1.0 + tolerance if limit_is_below else 1.0 - tolerance)
     level = np.searchsorted(bounds, given, side="left" if limit_is_below else "right")
     return np.where(np.isnan(given), -1, level).astype(np.int8)
+
+
+def highest_level(levels: Iterable[Int8Array]) -> Int8Array:
+    """Highest of several levels, element by element; -1 where one is unknown."""
+    every = np.array(list(levels))
+    return np.where((every < 0).any(axis=0), -1, every.max(axis=0)).astype(np.int8)
 
 
 @dataclass(frozen=True)
@@ -109,13 +115,14 @@ class Scale(NamedTuple):
 
     name: str
     source: str
-    confidence: str
+    confidence: str  # (``data_files.CONFIDENCE``)
     measure: str  # variable of an archive
     limits: tuple[float, ...]  # smallest value of levels 1, 2, ..., in the unit of the variable
+    gauge: float = np.nan  # length on which a slope is measured (m)
 
-    def level(self, values: ArrayLike) -> Int8Array:
-        """Level of each value; -1 where it is NaN."""
-        return level_of(values, self.limits)
+    def level(self, *values: ArrayLike) -> Int8Array:
+        """Level of the largest of some values, element by element; -1 where one is NaN."""
+        return level_of(np.max(np.broadcast_arrays(*values), axis=0), self.limits)
 
 
 def load_scale(name: str) -> Scale:
@@ -123,6 +130,59 @@ def load_scale(name: str) -> Scale:
     content = data_tables("damage", f"{name}.toml")
     text = {key: " ".join(content[key].split()) for key in ("name", "source", "confidence", "measure")}
     return Scale(**text, limits=tuple(content["limits"]))
+
+
+@lru_cache(maxsize=1)
+def deviation_limits() -> Scale:
+    """Limits of slope, out of level and out of plumb.
+
+    Examples
+    --------
+    >>> from damagepred import damage
+    >>> [f"1 in {1 / slope:.0f}" for slope in damage.deviation_limits().limits]
+    ['1 in 150', '1 in 100']
+    """
+    content = data_tables("damage", "deviation.toml")
+    limits = tuple(float(level["from"]) for level in _limited(content))
+    gauge = float(content["gauge"]["length"])
+    return Scale(content["name"], content["source"], content["confidence"], "tilt_max", limits, gauge)
+
+
+class StickingLimits(NamedTuple):
+    """Limits of distortion at which doors and windows stick; from ``data/damage/opening_distortion.toml``."""
+
+    name: str
+    source: str
+    confidence: str  # (``data_files.CONFIDENCE``)
+    # smallest distortion (rad), loss of width (m) and shortening of a diagonal (m) of levels 1, 2, ...
+    angle: tuple[float, ...]
+    narrowing: tuple[float, ...]
+    diagonal: tuple[float, ...]
+
+    def level(self, distortion: FloatArray, width_change: FloatArray, diagonal_change: FloatArray) -> Int8Array:
+        """Level of openings, element by element: the highest of the three measures; -1 where unknown."""
+        measured = (distortion, -np.asarray(width_change), -np.asarray(diagonal_change))
+        return highest_level(map(level_of, measured, (self.angle, self.narrowing, self.diagonal)))
+
+
+@lru_cache(maxsize=1)
+def sticking_limits() -> StickingLimits:
+    """Limits of distortion at which doors and windows stick.
+
+    Examples
+    --------
+    >>> from damagepred import damage
+    >>> damage.sticking_limits().narrowing
+    (0.003, 0.006)
+    """
+    content = data_tables("damage", "opening_distortion.toml")
+    limits = (tuple(float(level[name]) for level in _limited(content)) for name in ("angle", "narrowing", "diagonal"))
+    return StickingLimits(content["name"], " ".join(content["source"].split()), content["confidence"], *limits)
+
+
+def _limited(content: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Levels of a data file, rising; level 0 has no limit."""
+    return sorted(content["level"], key=lambda level: int(level["number"]))[1:]
 
 
 @lru_cache(maxsize=1)
@@ -187,9 +247,3 @@ def construction_limits() -> dict[str, MovementLimit]:
         for name, row in content.items()
         if isinstance(row, dict)
     }
-
-
-def read_levels(name: str) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Data file of ``data/damage`` and its levels; level 0 has no limit."""
-    content = data_tables("damage", f"{name}.toml")
-    return content, sorted(content["level"], key=lambda level: level["number"])

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from damagepred.arrays import FloatArray, Int8Array
-from damagepred.damage.limits import level_of
-from damagepred.damage.own_measure import own_measure
+from damagepred.damage.limits import highest_level, level_of
 from damagepred.errors import InputError, nearest, require_count, require_number
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.data_files import data_file
@@ -113,8 +114,7 @@ class DamageTable:
         if not self.measures:
             return self.by_width(stored["crack_width_max"])
         values = self.quantities(stored)
-        levels = np.array([level_of(values[measure], limits) for measure, limits in self.measures])
-        return np.where((levels < 0).any(axis=0), -1, levels.max(axis=0)).astype(np.int8)
+        return highest_level(level_of(values[measure], limits) for measure, limits in self.measures)
 
     @property
     def highest(self) -> int:
@@ -122,13 +122,7 @@ class DamageTable:
         return len(self.limits)
 
     def with_plasterboard(self) -> DamageTable:
-        """Table with the plasterboard allowance.
-
-        Raises
-        ------
-        InputError
-            If the table has none.
-        """
+        """Table with the plasterboard allowance; a table without one raises InputError."""
         factor = self.plasterboard_factor
         if factor is None:
             raise InputError(f"damage.plasterboard = true: {self.name} has no such allowance; use table = 'as2870'.")
@@ -157,6 +151,41 @@ class DamageTable:
         category = self.by_width(width)
         grouped = level_of(group_width, (self.group_width,)) > 0
         return np.where(grouped, np.maximum(category, self.group_category), category).astype(np.int8)
+
+
+@lru_cache(maxsize=8)
+def _function(name: str) -> Callable[[Mapping[str, FloatArray]], Any]:
+    """Function by ``module:function``, of an installed module or of one in the working folder."""
+    module, _, word = name.partition(":")
+    try:
+        if (folder := str(Path.cwd())) not in sys.path:
+            sys.path.append(folder)
+        function = getattr(import_module(module), word)
+    except Exception as error:
+        why = f"{type(error).__name__}: {error}"
+        raise InputError(f"damage.function = '{name}': cannot be imported from the working folder ({why}).") from None
+    if not callable(function):
+        raise InputError(f"damage.function = '{name}': is no function.")
+    return function
+
+
+def own_measure(name: str, stored: Mapping[str, Any]) -> FloatArray:
+    """Value of a function of archive variables, element by element; NaN where these are unknown."""
+    given = {key: np.array(value, dtype=np.float64) for key, value in stored.items()}
+    shape = np.broadcast_shapes(*(value.shape for value in given.values()))
+    try:
+        values = np.asarray(_function(name)({key: np.atleast_1d(value) for key, value in given.items()}), np.float64)
+    except InputError:
+        raise
+    except Exception as error:
+        why = f"raises {type(error).__name__}: {error}"
+        raise InputError(f"damage.function = '{name}': {why}. It takes a dictionary of arrays.") from None
+    if values.shape != (shape or (1,)):
+        raise InputError(
+            f"damage.function = '{name}': returns an array of shape {values.shape} for arrays of {shape or (1,)}; it "
+            "must return one value per element."
+        )
+    return values.reshape(shape)
 
 
 def share_of_limit(table: DamageTable, stored: Mapping[str, Any], category: int) -> float:

@@ -213,7 +213,7 @@ def label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
     ax.set_xlabel(name)
     largest = ax.get_xlim()[1]
     marks = [0.0]
-    for mark in 1.0 / sheet.round_numbers(6)[::-1]:
+    for mark in 1.0 / np.outer(10.0 ** np.arange(6), sheet.ROUND).ravel()[::-1]:
         if mark <= largest * (1 + 1e-9) and mark - marks[-1] >= 0.1 * largest:
             marks.append(mark)
     ax.xaxis.set_major_locator(FixedLocator(marks))

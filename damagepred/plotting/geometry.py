@@ -87,7 +87,7 @@ def footing_blocks(ds: xr.Dataset) -> BoolArray:
     """Blocks of the footing, (n,); no block where the ground moves the wall's underside."""
     joints, beside = JointMap.from_dataset(ds, with_blocks=True), np.zeros(ds.sizes["block"], dtype=np.bool_)
     under = np.isin(joints.kind, (ContactKind.FOOTING_SECTION, ContactKind.SOIL, ContactKind.SUPPORT))
-    for side in (joints.blocks[joints.footing, 0], *joints.blocks[under].T):
+    for side in (joints.blocks[joints.is_footing, 0], *joints.blocks[under].T):
         beside[side[side >= 0]] = True
     return beside & (ds["block_course"].values < 0)
 
@@ -134,7 +134,7 @@ def round_exaggeration(displacement: FloatArray, length: float) -> float:
     if not np.isfinite(largest) or largest <= 0.0:
         return 1.0
     wanted = min(max(DRAWN_DISPLACEMENT * length / largest, 1.0), LARGEST_EXAGGERATION)
-    return nearest_round(wanted, (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0))
+    return nearest_round(wanted)
 
 
 def footing_rise(ds: xr.Dataset, increment: int, footing: BoolArray) -> tuple[FloatArray, FloatArray]:

@@ -237,9 +237,13 @@ def plain_number(value: float) -> str:
     return f"{float(f'{value:.3g}'):z.10f}".rstrip("0").rstrip(".")
 
 
-def nearest_round(value: float, digits: Sequence[float]) -> float:
+ROUND = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
+"""Digits of round numbers."""
+
+
+def nearest_round(value: float, digits: Sequence[float] = ROUND) -> float:
     """Nearest number of these digits, times a power of ten, to a positive value on a logarithmic scale."""
-    numbers = np.outer(10.0 ** (np.floor(np.log10(value)) + [0, 1]), digits).ravel()
+    numbers = np.outer(10.0 ** (np.floor(np.log10(value)) + np.arange(2)), digits).ravel()
     return float(numbers[np.argmin(np.abs(np.log(numbers / value)))])
 
 

@@ -195,8 +195,8 @@ def _finish(ax: Axes, wall: Deformed) -> None:
 
 def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch]:
     table, joints = table_of(ds), faces.joints
-    parts = {"": joints.is_wall}
-    if joints.dpc.size:
+    parts, has_dpc = {"": joints.is_wall}, bool(joints.is_dpc.any())
+    if has_dpc:
         parts = {" above the dpc": joints.is_wall, " below the dpc": joints.is_base}
     handles: list[Line2D | Patch] = []
     for where, chosen in parts.items():
@@ -206,8 +206,8 @@ def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch
             handles.append(Line2D([], [], color=colour, linewidth=2.5, label=f"widest crack{where}: {_mm(widest)}"))
         else:
             handles.append(Line2D([], [], linestyle="none", label=f"no crack{where} wider than {_mm(HAIRLINE)}"))
-    if joints.dpc.size:
-        opening = float(faces.opening[joints.dpc].max())
+    if has_dpc:
+        opening = float(faces.opening[joints.is_dpc].max())
         label = f"dpc, opening at most {_mm(opening)}" if opening > HAIRLINE else "dpc, closed"
         pale = _pale(to_rgba_array(colours.DPC_COLOUR))[0]
         handles.append(Patch(facecolor=pale, edgecolor=colours.DPC_COLOUR, label=label))
@@ -216,8 +216,8 @@ def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch
         label = f"control joint, widened by at most {_mm(most[0])}, closed by at most {_mm(most[1])}"
         handles.append(Line2D([], [], color=colours.CONTROL_JOINT_COLOUR, linewidth=1.3, label=label))
     on_soil = bool((joints.kind == ContactKind.SOIL).any())
-    if joints.footing.size:
-        lifted = float(faces.opening[joints.footing].max())
+    if joints.is_footing.any():
+        lifted = float(faces.opening[joints.is_footing].max())
         off = f"; wall off it by at most {_mm(lifted)}" if lifted > 2 * HAIRLINE else ""
         whole = on_soil or "jack_load" in ds.variables
         settled = settlement(ds)
