@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -115,13 +118,33 @@ def _form(option: typer.CallbackParam, value: bool) -> bool:
     return value
 
 
-Json = Annotated[
-    bool, typer.Option("--json", callback=_form, is_eager=True, help="Print the result as JSON, numbers not rounded.")
-]
-Quiet = Annotated[
-    bool, typer.Option("--quiet", callback=_form, is_eager=True, help="Neither progress nor notes; errors stay.")
-]
-Full = Annotated[bool, typer.Option("--full", callback=_form, is_eager=True, help="Tables with all columns and rows.")]
+_FORMS = {
+    "json": "Print the result as JSON, numbers not rounded.",
+    "full": "Tables with all columns and rows.",
+    "quiet": "Neither progress nor notes; errors stay.",
+}
+"""Options of the output, which set ``terminal.FORM``, and their help."""
+
+
+def command(name: str, *forms: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Decorator of a command with some options of the output, which its function does not take."""
+
+    def register(function: Callable[..., None]) -> Callable[..., None]:
+        @wraps(function)
+        def run(**given: Any) -> None:
+            function(**{key: value for key, value in given.items() if key not in forms})
+
+        own, more = inspect.signature(function, eval_str=True), []
+        for form in forms:
+            option = Annotated[bool, typer.Option(f"--{form}", callback=_form, is_eager=True, help=_FORMS[form])]
+            more.append(inspect.Parameter(form, inspect.Parameter.KEYWORD_ONLY, default=False, annotation=option))
+        run.__signature__ = own.replace(parameters=[*own.parameters.values(), *more])  # type: ignore[attr-defined]
+        app.command(name)(run)
+        return function
+
+    return register
+
+
 _OfWall = Literal["surface_movement", "central_deflection", "deflection_ratio", "settlement", "differential_settlement"]
 _OfGround = Literal["angular_distortion", "ground_tilt", "horizontal_strain"]
 _Others = Literal["curvature", "footing_curvature", "time", "differential_movement"]

@@ -11,7 +11,7 @@ from damagepred.cli import options as opt
 from damagepred.cli import terminal
 
 
-@opt.app.command()
+@opt.command("estimate", "json", "quiet")
 def estimate(
     folder: opt.StudyFolderPath,
     category: opt.Category,
@@ -21,8 +21,6 @@ def estimate(
     study_file: Annotated[
         Path | None, Option("--study", help="Study file whose [study.epistemic] to take instead.")
     ] = None,
-    json: opt.Json = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Estimate a probability from a study: Monte Carlo error, failed walls and uncertain inputs apart."""
     from damagepred.analyses.epistemic import alternatives
@@ -45,7 +43,7 @@ def estimate(
     terminal.answer(answer, lambda _: terminal.lines(estimate_lines(estimates, category, movement, houses)))
 
 
-@opt.app.command()
+@opt.command("compare", "json", "quiet")
 def compare(
     folders: Annotated[list[Path], Argument(help="Study folders (*.dp); the first is the reference.")],
     category: opt.Category,
@@ -54,8 +52,6 @@ def compare(
     confidence: opt.Confidence = 0.9,
     output: opt.NetcdfFile = None,
     plot: opt.Picture = None,
-    json: opt.Json = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Compare studies: change of a probability of damage by each measure, with the same samples."""
     from damagepred.cli.sentences import comparison_lines
@@ -75,7 +71,7 @@ def compare(
     studies = {name: study_of(folder, wall) for name, folder in zip(names, folders)}
     category = category_number(next(iter(studies.values())), category)
     comparison = compare_studies(studies, categories=[category], at=[movement], confidence=confidence)
-    if json:
+    if terminal.FORM.json:
         terminal.print_json(comparison)
     terminal.say(f"P(category >= {category} at {counted(movement.words, any(map(is_house, studies.values())))})")
     terminal.lines(comparison_lines(comparison, category, float(comparison["movement"][0])))
@@ -88,7 +84,7 @@ def compare(
 _STUDIES_AND_SURVEY = "Study folders (*.dp), one per cause, and then the observations (*.toml, *.csv, *.xlsx)."
 
 
-@opt.app.command("infer")
+@opt.command("infer", "json", "full", "quiet")
 def infer_command(
     files: Annotated[list[Path], Argument(help=_STUDIES_AND_SURVEY, show_default=False)],
     replays: Annotated[int, Option(min=1, help="Samples a study that are replayed for local cracks, at most.")] = 200,
@@ -102,9 +98,6 @@ def infer_command(
     workers: opt.Workers = 1,
     output: opt.NetcdfFile = None,
     plot: opt.Picture = None,
-    json: opt.Json = False,
-    full: opt.Full = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Infer movement and cause from observed cracks, levels and windows, and what further movement would bring."""
     from damagepred.analyses.back_analysis import infer, prices
@@ -132,7 +125,7 @@ def infer_command(
 _MEASURES = f"Of the movement: {', '.join(get_args(opt.Intensity))}; on mounds by default the first."
 
 
-@opt.app.command()
+@opt.command("fragility", "json", "full", "quiet")
 def fragility(
     folder: opt.StudyFolderPath,
     output: opt.NetcdfFile = None,
@@ -159,9 +152,6 @@ def fragility(
     ] = None,
     measure: opt.Measure = None,
     footing_gap: opt.FootingGap = None,
-    json: opt.Json = False,
-    full: opt.Full = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Fit fragility curves to a study."""
     from damagepred.cli import tables
@@ -199,13 +189,13 @@ def fragility(
 
         opt.say_written(*export_curves(curves, export, output or folder, extrapolated=extrapolated))
     terminal.answer(curves, tables.fragility_table)
-    if intensity == "time" and not json:
+    if intensity == "time" and not terminal.FORM.json:
         tables.year_table(study, confidence)
     if note := footing_gap_note(study):
         terminal.note(f"note: {note}")
 
 
-@opt.app.command()
+@opt.command("export", "quiet")
 def export(
     path: Annotated[Path, Argument(help="Study folder (*.dp), or curves of fragility (*.nc).")],
     form: Annotated[
@@ -217,7 +207,6 @@ def export(
     ] = None,
     categories: opt.Categories = None,
     extrapolated: opt.Extrapolated = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Write curves or walls for another program."""
     from damagepred.archive.files import read_dataset
@@ -237,7 +226,7 @@ def export(
         opt.say_written(*export_curves(curves, form, output or path, wanted, extrapolated))
 
 
-@opt.app.command()
+@opt.command("sensitivity", "json", "full", "quiet")
 def sensitivity(
     folder: opt.StudyFolderPath,
     category: Annotated[Any, opt.category_option("Category of the capacity.")] = None,
@@ -247,9 +236,6 @@ def sensitivity(
     plot: opt.Picture = None,
     output: opt.NetcdfFile = None,
     confidence: opt.Confidence = 0.9,
-    json: opt.Json = False,
-    full: opt.Full = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Rank the inputs of a study by their influence on damage: rank correlations and shares of variance."""
     from damagepred.analyses.variance_shares import study_sensitivity
@@ -270,14 +256,13 @@ def sensitivity(
     terminal.answer(indices, tables.sensitivity_tables)
 
 
-@opt.app.command()
+@opt.command("plot", "quiet")
 def plot(
     path: opt.WallOrStudy,
     output: Annotated[Path, opt.writes("-o --output", "Folder for pictures.")] = Path("pictures"),
     gif: Annotated[
         Path | None, opt.writes("--gif", "Moving picture of a wall's path instead.", ".gif", new_folder=True)
     ] = None,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Draw a solved wall or a study."""
     from damagepred.errors import InputError
@@ -298,15 +283,12 @@ def plot(
         opt.keep_wall(ds, None, output)
 
 
-@opt.app.command("scales")
+@opt.command("scales", "json", "full", "quiet")
 def scales_command(
     path: opt.WallOrStudy,
     increment: Annotated[int | None, Option(help="Of which increment; by default of all.", min=0)] = None,
     output: opt.NetcdfFile = None,
     plot: opt.Picture = None,
-    json: opt.Json = False,
-    full: opt.Full = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Judge a wall or a study by all published scales and limits that ship, and show their agreement."""
     from damagepred.cli import tables
@@ -317,7 +299,7 @@ def scales_command(
     terminal.answer(agreement, tables.scales)
 
 
-@opt.app.command()
+@opt.command("report", "quiet")
 def report(
     path: opt.WallOrStudy,
     measures: Annotated[
@@ -337,7 +319,6 @@ def report(
     posterior: Annotated[
         Path | None, Option(help="Back-analysis of the study (infer -o), which gets a section.")
     ] = None,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Write one self-contained page about a solved wall or a study."""
     from damagepred.report import write_report

@@ -14,7 +14,7 @@ from damagepred.cli import terminal
 from damagepred.cli.walls import _ask_back, _say_ground
 
 
-@opt.app.command()
+@opt.command("study", "quiet")
 def study(
     file: opt.StudyFile,
     samples: Annotated[int | None, Option("-n", "--samples", min=1, help="Walls in all.")] = None,
@@ -28,7 +28,6 @@ def study(
         str | None, Option(help="Run on the workers of this Dask scheduler (tcp://HOST:PORT).")
     ] = None,
     yes: opt.Yes = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Run a Monte Carlo study; the same command resumes it, a larger -n extends it."""
     from damagepred.archive.cautions import STUDIED, study_cautions
@@ -77,14 +76,11 @@ def study(
         raise Exit(opt.SOME_FAILED)
 
 
-@opt.app.command()
+@opt.command("status", "json", "full", "quiet")
 def status(
     folder: opt.StudyFolderPath,
     watch: Annotated[bool, Option("--watch", help="Show it again and again, until all is done.")] = False,
     every: Annotated[float, Option(min=0.1, help="Seconds between two looks of --watch.")] = 5.0,
-    json: opt.Json = False,
-    full: opt.Full = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Show walls done, failed and left, and the present estimate; the study may be running."""
     from damagepred.campaign.status import study_status, watching
@@ -93,12 +89,12 @@ def status(
     if watch:
         terminal.silent()
     for report in watching(folder, every) if watch else (study_status(folder),):
-        if watch and not json:
+        if watch and not terminal.FORM.json:
             terminal.clear()
         terminal.answer(report, tables.status, without=["cautions"])
 
 
-@opt.app.command()
+@opt.command("verify")
 def verify(
     path: Annotated[Path, Argument(help="Study folder (*.dp), or file (*.nc).", show_default=False)],
     samples: Annotated[int, Option(help="Number of walls to solve again and compare bit by bit.", min=0)] = 0,
@@ -117,7 +113,7 @@ def verify(
         raise Exit(opt.SOME_FAILED)
 
 
-@opt.app.command()
+@opt.command("repair")
 def repair(folder: opt.StudyFolderPath) -> None:
     """Rebuild derived files of a study folder; set damaged files aside, so that `study` solves their walls again."""
     from damagepred.campaign.verify import repair as repair_folder
@@ -125,7 +121,7 @@ def repair(folder: opt.StudyFolderPath) -> None:
     terminal.lines(repair_folder(folder) or [f"{folder}: nothing to repair"])
 
 
-@opt.app.command()
+@opt.command("rare", "json", "quiet")
 def rare(
     file: opt.StudyFile,
     category: opt.Category,
@@ -144,8 +140,6 @@ def rare(
     timeout: opt.Timeout = None,
     yes: opt.Yes = False,
     mix_versions: opt.MixVersions = False,
-    json: opt.Json = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Estimate a small probability of damage by subset simulation; the same command resumes it."""
     from damagepred.analyses.limit_state import Question
@@ -177,7 +171,7 @@ def rare(
         mix_versions=mix_versions,
         on_level=lambda level: terminal.note(f"level reached: margin {level.limit:.4g}, share {level.share:.3g}"),
     )
-    if json:
+    if terminal.FORM.json:
         terminal.print_json(result)
     houses = isinstance(settings.scene, House)
     terminal.lines(counted(line, houses) for line in rare_lines(result, question))
@@ -185,16 +179,13 @@ def rare(
         raise Exit(opt.SOME_FAILED)
 
 
-@opt.app.command("design")
+@opt.command("design", "json", "full", "quiet")
 def design_command(
     file: Annotated[Path, Argument(help="File of the choices (TOML).", show_default=False)],
     workers: opt.Workers = 1,
     folder: Annotated[Path | None, opt.writes("--folder", "Folder of the alternatives' studies.")] = None,
     output: opt.NetcdfFile = None,
     plot: opt.Picture = None,
-    json: opt.Json = False,
-    full: opt.Full = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Search the cheapest alternative with unlikely damage, or the least expected cost; the same command resumes."""
     from damagepred.analyses.design_search import price_of_search, search_design
@@ -213,7 +204,7 @@ def design_command(
     terminal.answer(search, tables.design_search)
 
 
-@opt.app.command("portfolio")
+@opt.command("portfolio", "json", "full", "quiet")
 def portfolio_command(
     houses: Annotated[Path, Argument(help="Table of houses (CSV, xlsx), one row each.", show_default=False)],
     file: opt.StudyFile,
@@ -225,9 +216,6 @@ def portfolio_command(
     table: Annotated[Path | None, opt.writes("--table", "Table to write (csv, gpkg).", ".csv", ".gpkg")] = None,
     crs: Annotated[str | None, Option(help="Coordinate system of eastings, such as EPSG:28354.")] = None,
     plot: opt.Picture = None,
-    json: opt.Json = False,
-    full: opt.Full = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Assess a street: one row per house in, one row per house out; the same command resumes."""
     from damagepred.analyses.portfolio import assess_portfolio, map_columns, price_of_portfolio, write_portfolio

@@ -25,7 +25,7 @@ _TEMPLATES = (
 )
 
 
-@opt.app.command()
+@opt.command("new")
 def new(
     file: Annotated[Path, Argument(help="File to write.", show_default=False)],
     template: Annotated[_Template, Option(help=_TEMPLATES)] = "wall",
@@ -41,14 +41,11 @@ def new(
     terminal.note(what_moves(described if settings is None else settings.mean_wall()[0]))
 
 
-@opt.app.command()
+@opt.command("check", "json", "full", "quiet")
 def check(
     file: opt.SceneOrStudyFile,
     plot: opt.PictureOrFolder = None,
     yes: opt.Yes = False,
-    json: opt.Json = False,
-    full: opt.Full = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Validate and draw a file, solve one wall of it and estimate the cost of the whole run."""
     from damagepred.assembly import Limits
@@ -65,10 +62,10 @@ def check(
     with terminal.Bar("solving one sample to price the run") as bar:
         estimate = estimate_cost(file, on_step=bar.step, limits=Limits.asked(yes))
     without = ["cautions", "accuracy", "ground", "site", "wall", "moving", "sampled"]
-    terminal.answer(estimate, lambda cost: terminal.lines(cost_lines(cost, full)), without)
+    terminal.answer(estimate, lambda cost: terminal.lines(cost_lines(cost, terminal.FORM.full)), without)
 
 
-@opt.app.command()
+@opt.command("solve", "full", "quiet")
 def solve(
     file: opt.SceneOrStudyFile,
     output: opt.NetcdfFile = None,
@@ -76,8 +73,6 @@ def solve(
     no_zones: Annotated[bool, Option("--no-zones", help="Keep no stresses in deformable blocks.")] = False,
     timeout: opt.Timeout = None,
     yes: opt.Yes = False,
-    full: opt.Full = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Solve one wall; of a study file, the wall with every variable at its mean."""
     from damagepred.assembly import Limits
@@ -108,14 +103,12 @@ def solve(
     raise Exit(opt.exit_code(ds))
 
 
-@opt.app.command()
+@opt.command("replay", "full", "quiet")
 def replay(
     folder: opt.StudyFolderPath,
     sample: Annotated[int, Argument(help="Number of the sample, from 0.", min=0, show_default=False)],
     output: opt.NetcdfFile = None,
     plot: opt.PictureFolder = None,
-    full: opt.Full = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Solve one wall of a study again, the very same, and keep all its fields."""
     from damagepred.campaign.replay import replay as replay_sample
@@ -129,14 +122,11 @@ def replay(
     raise Exit(opt.exit_code(ds))
 
 
-@opt.app.command("cracks")
+@opt.command("cracks", "json", "full", "quiet")
 def cracks_command(
     file: Annotated[Path, Argument(help="Result of solve or replay (*.nc).", show_default=False, is_eager=True)],
     csv: Annotated[Path | None, opt.writes("--csv", "CSV file to write, with all increments.", ".csv")] = None,
     output: opt.NetcdfFile = None,
-    json: opt.Json = False,
-    full: opt.Full = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Show the cracks of a solved wall at the end of its path, one by one."""
     from damagepred.archive.files import read_dataset
@@ -151,7 +141,7 @@ def cracks_command(
     terminal.answer(crack_frame(cracks), partial(tables.crack_table, cracks))
 
 
-@opt.app.command("judge")
+@opt.command("judge", "full", "quiet")
 def judge_command(
     path: opt.WallOrStudy,
     table: Annotated[str | None, Option(help="as2870, bre251, or a file (*.toml) written like data/damage.")] = None,
@@ -167,8 +157,6 @@ def judge_command(
         str | None, Option(help='Length laid across a band, such as "1 m"; of one wall only.')
     ] = None,
     output: opt.NetcdfFile = None,
-    full: opt.Full = False,
-    quiet: opt.Quiet = False,
 ) -> None:
     """Judge a wall or a study again under another damage table or other rules, without solving it."""
     from damagepred.cli import tables
@@ -190,13 +178,13 @@ def judge_command(
     tables.judged_again(before, after)
 
 
-@opt.app.command("materials")
-def materials_command(json: opt.Json = False, quiet: opt.Quiet = False) -> None:
+@opt.command("materials", "json", "quiet")
+def materials_command() -> None:
     """List the masonry of the library: values, scatter, source and confidence."""
     from damagepred.formatting import quantity
     from damagepred.scene import Scene, masonry_library
 
-    if json:
+    if terminal.FORM.json:
         terminal.print_json(
             {
                 name: {**m._asdict(), "correlation": {" with ".join(p): r for p, r in m.correlation.items()}}
