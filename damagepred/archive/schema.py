@@ -140,9 +140,10 @@ for _name in (*END_VARIABLES, *(f"wall_{name}" for name in END_VARIABLES if name
 
 def name_categories(ds: xr.Dataset, names: tuple[str, ...], comment: str) -> None:
     """Set the category names of the damage table that made the categories of a dataset."""
-    for name in (*CATEGORY_VARIABLES, WORST_CATEGORY):
-        if name in ds:
-            ds[name].attrs = category_attributes(names, comment, name)
+    for prefix in ("", "end_", "wall_"):
+        for name in (f"{prefix}{variable}" for variable in (*CATEGORY_VARIABLES, WORST_CATEGORY)):
+            if name in ds:
+                ds[name].attrs = category_attributes(names, comment, name)
 
 
 def category_attributes(names: tuple[str, ...], comment: str, variable: str = "damage_category") -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -21,7 +21,7 @@ from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import ContactKind, ZoneState
 from damagepred.one_wall.judged_path import Step, gauges
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.scene import Damage, Solver
+from damagepred.scene import Damage, Opening, Solver
 from damagepred.scene.movement_stage import History
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, support_loads
@@ -222,10 +222,12 @@ def collect(
     settings: Solver,
     attributes: Mapping[str, object],
     store_zones: bool,
+    openings: Sequence[Opening] = (),
 ) -> xr.Dataset:
-    """Dataset of a path: blocks, contacts, increments and attributes."""
+    """Dataset of a path: blocks, contacts, increments and attributes; the size of openings is of a scene alone."""
     blocks, face, joints = model.blocks, model.interfaces, gauges(model).joints
-    openings, rules = len(model.jambs.block), Rules.from_settings(**asdict(damage))
+    holes, rules = openings or [None] * len(model.jambs.block), Rules.from_settings(**asdict(damage))
+    sides = {"left": "x", "sill": "y", "width": "width", "height": "height"} if holes else {}
 
     def at_contacts(name: str) -> NDArray:
         values = np.asarray(contacts[name])
@@ -251,7 +253,7 @@ def collect(
     values = {
         "increment": stacked(steps, "number").astype(np.int64),
         **path_values(model, steps),
-        **{f"opening_{name}": np.full(openings, np.nan) for name in ("left", "sill", "width", "height") if openings},
+        **{f"opening_{side}": np.array([getattr(h, key, np.nan) for h in holes]) for side, key in sides.items()},
         **_registered(("block",), blocks._asdict()),
         **dict(zip(("block_displacement_x", "block_displacement_y", "block_rotation"), np.moveaxis(moved, 2, 0))),
         **elastic,

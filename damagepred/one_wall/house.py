@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import CATEGORY_VARIABLES, category_attributes, dataset, wall_attributes
+from damagepred.archive.schema import dataset, name_categories, wall_attributes
 from damagepred.arrays import FloatArray
 from damagepred.assembly.house import HouseModel
 from damagepred.assembly.model import Model
@@ -83,11 +83,8 @@ def collect_house(
     """Dataset of a house: blocks and contacts of all walls, results of each wall, corners."""
     parts = []
     for number, (wall, scene) in enumerate(zip(model.walls, house.scenes)):
-        part = collect(wall, [s.walls[number] for s in steps], damage, settings, attributes, False)
-        for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
-            if scene.opening:
-                part[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
-        parts.append(part)
+        steps_of_wall = [s.walls[number] for s in steps]
+        parts.append(collect(wall, steps_of_wall, damage, settings, attributes, False, scene.opening))
     values = of_all_walls([{str(name): v.values for name, v in part.variables.items()} for part in parts])
     _number_on(values, "vertex_block", "vertex_wall", [m.n_blocks for m in model.walls])
     _number_on(values, "contact_interface", "contact_wall", [len(m.interfaces.kind) for m in model.walls])
@@ -103,8 +100,7 @@ def collect_house(
         ds[shared].attrs.update(parts[0][shared].attrs)
     ds["wall"].attrs = wall_attributes(house.names)
     table = Rules.from_settings(**asdict(damage)).table
-    for name in (f"wall_{category}" for category in CATEGORY_VARIABLES):
-        ds[name].attrs = category_attributes(table.category_names, f"{table.name}; {table.source}", name)
+    name_categories(ds, table.category_names, f"{table.name}; {table.source}")
     return ds
 
 

@@ -110,87 +110,70 @@ def solve(
         require_count("increments", increments)
     require_one_of("on_failure", on_failure, ("raise", "return"))
     with time_limit(limits.time), interrupts_between_kernels():
-        return _solve(scene, increments, solver, damage, dynamics, fields, on_failure, on_step, store_zones, limits)
-
-
-def _solve(
-    scene: Scene | Assembly,
-    increments: int | None,
-    solver: Solver | None,
-    damage: Damage | None,
-    dynamics: Dynamics | None,
-    fields: Mapping[str, FloatArray] | None,
-    on_failure: str,
-    on_step: Callable[[Step], None] | None,
-    store_zones: bool,
-    limits: Limits,
-) -> xr.Dataset:
-    if isinstance(scene, Scene):
-        if limits is not NO_LIMITS:  # a wall of a study is as it was sampled
-            require_possible(scene, {}, "scene")
-        settings, judged = solver or scene.solver, damage or scene.damage
-        dynamics = dynamics or scene.dynamics
-        settings = settings if dynamics is None else whole_interfaces(settings)
-        described = replace(scene, solver=settings, damage=judged, dynamics=dynamics)
-        count = increments or scene.movement.increment_count
-        if scene.movement.stage and count != scene.movement.increment_count:
-            raise InputError(f"increments = {increments}: the stages of the movement have their own; leave it out.")
-        wall_cost(described, count).require(limits)
-        model = model_of(described, fields)
-        attributes: dict[str, object] = {"title": scene.title, "scene": described.to_toml()}
-        attributes |= given_values(scene.given)
-    else:
-        settings, judged = solver or Solver(), damage or Damage()
-        settings = settings if dynamics is None else whole_interfaces(settings)
-        count = increments or Movement().increments
-        SolverOptions.of(settings)  # refused before anything is solved
-        model = scene.build(settings)
-        attributes = {"title": "assembly of blocks"}
-    run: DynamicRun | None = None
-    if dynamics is not None:
-        run, count = dynamic_run(model, settings, dynamics), dynamics.outputs
-        attributes |= run.attributes()
-    steps: list[Step] = []
-    status, message = PathStatus.COMPLETE, None
-    if isinstance(scene, Scene) and bricks_break(described):
-        path = follow_wall(described, fields, count, judged)
-    elif isinstance(model, HouseModel):
-        path = ((model, step) for step in follow_house(model, settings, judged, count))
-    else:
-        path = ((model, step) for step in follow(model, settings, judged, count, run))
-    try:
-        for solved, step in path:
-            if step.increment.number == 0:  # also of a path that starts again because a brick breaks
-                model = solved
-                steps.clear()
-            steps.append(step if store_zones else without_zone_fields(step))
-            if on_step is not None:
-                on_step(step)
-        if steps[-1].increment.collapsed:
-            status = PathStatus.COLLAPSED
-            first = next(s.increment for s in steps if s.increment.collapsed)
-            attributes["collapse_increment"] = first.number
-            if first.motion is not None:
-                message = f"part of the wall collapsed by {first.motion.time:.4g} s"
-            else:
-                message, stable = f"part of the wall collapsed in increment {first.number}", first.end
-                attributes["collapse_progress"] = stable.last_stable_load_factor
-                attributes["collapse_progress_uncertainty"] = first.load_factor - stable.last_stable_load_factor
-    except (SolverError, KeyboardInterrupt) as error:
-        if on_failure == "raise" or not steps:
-            raise
-        status = PathStatus.FAILED if isinstance(error, SolverError) else PathStatus.INTERRUPTED
-        message = str(error) or f"stopped after increment {steps[-1].increment.number} of {count}"
-    method = settings.method if run is None else "dynamic"
-    ending: dict[str, object] = {"status": status.value, "status_message": message, "solver_method": method}
-    ending |= {name: getattr(settings, name) for name in (*TOLERANCES.values(), "snap_through_tolerance")}
-    ending |= ending_attributes(model, steps[-1])
-    if isinstance(scene, House) and isinstance(model, HouseModel):
-        return collect_house(scene, model, steps, judged, settings, attributes | ending)
-    ds = collect(model, steps, judged, settings, attributes | ending, store_zones)
-    if "time" in ds and not is_dynamic(ds):
-        ds["time"].attrs["units"] = "year"
-    if isinstance(scene, Scene) and scene.opening:
-        for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
-            ds[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
-    return ds
+        if isinstance(scene, Scene):
+            if limits is not NO_LIMITS:  # a wall of a study is as it was sampled
+                require_possible(scene, {}, "scene")
+            settings, judged = solver or scene.solver, damage or scene.damage
+            dynamics = dynamics or scene.dynamics
+            settings = settings if dynamics is None else whole_interfaces(settings)
+            described = replace(scene, solver=settings, damage=judged, dynamics=dynamics)
+            count = increments or scene.movement.increment_count
+            if scene.movement.stage and count != scene.movement.increment_count:
+                raise InputError(f"increments = {increments}: the stages of the movement have their own; leave it out.")
+            wall_cost(described, count).require(limits)
+            model = model_of(described, fields)
+            attributes: dict[str, object] = {"title": scene.title, "scene": described.to_toml()}
+            attributes |= given_values(scene.given)
+        else:
+            settings, judged = solver or Solver(), damage or Damage()
+            settings = settings if dynamics is None else whole_interfaces(settings)
+            count = increments or Movement().increments
+            SolverOptions.of(settings)  # refused before anything is solved
+            model = scene.build(settings)
+            attributes = {"title": "assembly of blocks"}
+        run: DynamicRun | None = None
+        if dynamics is not None:
+            run, count = dynamic_run(model, settings, dynamics), dynamics.outputs
+            attributes |= run.attributes()
+        steps: list[Step] = []
+        status, message = PathStatus.COMPLETE, None
+        if isinstance(scene, Scene) and bricks_break(described):
+            path = follow_wall(described, fields, count, judged)
+        elif isinstance(model, HouseModel):
+            path = ((model, step) for step in follow_house(model, settings, judged, count))
+        else:
+            path = ((model, step) for step in follow(model, settings, judged, count, run))
+        try:
+            for solved, step in path:
+                if step.increment.number == 0:  # also of a path that starts again because a brick breaks
+                    model = solved
+                    steps.clear()
+                steps.append(step if store_zones else without_zone_fields(step))
+                if on_step is not None:
+                    on_step(step)
+            if steps[-1].increment.collapsed:
+                status = PathStatus.COLLAPSED
+                first = next(s.increment for s in steps if s.increment.collapsed)
+                attributes["collapse_increment"] = first.number
+                if first.motion is not None:
+                    message = f"part of the wall collapsed by {first.motion.time:.4g} s"
+                else:
+                    message, stable = f"part of the wall collapsed in increment {first.number}", first.end
+                    attributes["collapse_progress"] = stable.last_stable_load_factor
+                    attributes["collapse_progress_uncertainty"] = first.load_factor - stable.last_stable_load_factor
+        except (SolverError, KeyboardInterrupt) as error:
+            if on_failure == "raise" or not steps:
+                raise
+            status = PathStatus.FAILED if isinstance(error, SolverError) else PathStatus.INTERRUPTED
+            message = str(error) or f"stopped after increment {steps[-1].increment.number} of {count}"
+        method = settings.method if run is None else "dynamic"
+        ending: dict[str, object] = {"status": status.value, "status_message": message, "solver_method": method}
+        ending |= {name: getattr(settings, name) for name in (*TOLERANCES.values(), "snap_through_tolerance")}
+        ending |= ending_attributes(model, steps[-1])
+        if isinstance(scene, House) and isinstance(model, HouseModel):
+            return collect_house(scene, model, steps, judged, settings, attributes | ending)
+        openings = scene.opening if isinstance(scene, Scene) else ()
+        ds = collect(model, steps, judged, settings, attributes | ending, store_zones, openings)
+        if "time" in ds and not is_dynamic(ds):
+            ds["time"].attrs["units"] = "year"
+        return ds

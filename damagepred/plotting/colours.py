@@ -19,7 +19,7 @@ from damagepred.archive.schema import flag_name
 from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable, load_table
 from damagepred.plotting.sheet import MM, figure_of, plain_number, small, verbatim
-from damagepred.results.rejudge import archived_table
+from damagepred.results.rejudge import archived_rules
 
 CATEGORY_COLOURS = ("#8f8f8f", "#f0ab00", "#e4600f", "#b3152b", "#5c0f55", "#000000")
 """Categories 0, 1, ...: warm and ever darker, distinct in grey and to the colour-blind."""
@@ -90,7 +90,7 @@ def movement_bar(axes: Sequence[Axes], movement: FloatArray, name: str) -> Calla
 
 def table_of(ds: xr.Dataset) -> DamageTable:
     """Damage table of a dataset; for states by other measures than a width AS 2870 without names, for widths alone."""
-    table = archived_table(ds)
+    table = archived_rules(ds).table
     return table if table.draws_widths else replace(load_table("as2870"), category_names=())
 
 
@@ -146,4 +146,4 @@ def not_reached(ds: xr.Dataset, reached: int) -> str:
 
 def highest_of(ds: xr.Dataset) -> int:
     """Highest category of the damage table of a study."""
-    return int(ds.attrs.get("highest_category", archived_table(ds).highest))
+    return int(ds.attrs.get("highest_category", archived_rules(ds).table.highest))

@@ -81,8 +81,10 @@ def wall_dataset(ds: xr.Dataset, name: str) -> xr.Dataset:
         if key in one:
             one[key] = one[key] - one[key].min()
     one = one.set_coords([key for key in ("central_deflection", "deflection_ratio") if key in one])
-    if one.attrs.get("status") == PathStatus.COLLAPSED and number != fallen_wall(ds):
-        one.attrs["status"] = str(PathStatus.COMPLETE)
+    if one.attrs.get("status") == PathStatus.COLLAPSED:
+        moved = np.hypot(*(ds[f"block_displacement_{axis}"].values[-1] for axis in "xy"))
+        if number != ds["block_wall"].values[moved.argmax()]:  # another wall has moved farthest and fallen
+            one.attrs["status"] = str(PathStatus.COMPLETE)
     scene, title = house.scenes[number], f"{ds.attrs.get('title', 'house')}: {name}"  # its ground is a table
     size = {"span": scene.wall.length, "thickness": scene.wall.thickness}
     return one.assign_attrs(scene=scene.to_toml(), title=title, **size)
@@ -121,12 +123,6 @@ def unfolded_places(house: House) -> list[tuple[float, float]]:
 def wall_places(scene: Scene) -> FloatArray:
     """Left end and level (m) of each wall in drawings of a house, or of one wall (w, 2)."""
     return np.array(unfolded_places(scene) if isinstance(scene, House) else [(0.0, 0.0)])
-
-
-def fallen_wall(ds: xr.Dataset) -> int:
-    """Number of the wall that has moved farthest at the end."""
-    moved = np.hypot(*(ds[f"block_displacement_{axis}"].values[-1] for axis in "xy"))
-    return int(ds["block_wall"].values[moved.argmax()])
 
 
 def of_all_walls(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, NamedTuple, get_args, get_type_hints
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,7 +19,7 @@ from damagepred.archive.schema import (
     FLAG_FILL,
     VARIABLES,
     WORST_CATEGORY,
-    category_attributes,
+    name_categories,
 )
 from damagepred.arrays import BoolArray, FloatArray, Int8Array
 from damagepred.damage import (
@@ -47,10 +47,6 @@ from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Damage
 from damagepred.scene.reading import build
 from damagepred.uq.capacity import sample_weights
-
-MEASURES = get_args(get_type_hints(Damage)["measure"])
-"""Widths that a category is found by."""
-
 
 _CHUNK = 1 << 16
 """Samples judged at once, for speed and memory."""
@@ -129,8 +125,6 @@ def judge_again(
     wanted |= {"dpc_threshold": dpc_threshold, "footing_threshold": footing_threshold, "measure": measure}
     wanted |= {"band_gauge": band_gauge, "band_threshold": band_threshold, "count_footing_gap": count_footing_gap}
     given = {name: value for name, value in wanted.items() if value is not None}
-    if measure not in (None, *MEASURES):
-        raise InputError(f"measure = {measure!r}: must be {' or '.join(MEASURES)}.")
     validated = Damage(**given)
     rules = own._replace(table=_table(own, table, plasterboard), **{name: getattr(validated, name) for name in given})
     judged = ds.copy()
@@ -142,11 +136,7 @@ def judge_again(
     if is_house(ds):
         alike: dict[str, Any] = {"table": table, "plasterboard": plasterboard, **given}
         _put_walls(judged, [judge_again(wall_dataset(ds, name), **alike) for name in wall_names(ds)])
-    by_wall = (f"wall_{name}" for name in (*CATEGORY_VARIABLES, WORST_CATEGORY))
-    comment = f"{rules.table.name}; {rules.table.source}"
-    for name in (*CATEGORY_VARIABLES, *(f"end_{name}" for name in CATEGORY_VARIABLES), WORST_CATEGORY, *by_wall):
-        if name in judged:
-            judged[name].attrs = category_attributes(rules.table.category_names, comment, name)
+    name_categories(judged, rules.table.category_names, f"{rules.table.name}; {rules.table.source}")
     notes += _levels(judged)
     judged.attrs["damage_table"] = rules.table.name
     judged.attrs["damage_limits"] = json.dumps(asdict(rules.table))
@@ -154,11 +144,6 @@ def judge_again(
     judged.attrs["count_footing_gap"] = int(rules.count_footing_gap)
     judged.attrs["judgement"] = "; ".join([f"judged again by {rules.table.name}", *notes])
     return judged
-
-
-def archived_table(ds: xr.Dataset) -> DamageTable:
-    """Damage table that a dataset was judged by."""
-    return archived_rules(ds).table
 
 
 def _put_walls(ds: xr.Dataset, parts: list[xr.Dataset]) -> None:
@@ -347,7 +332,11 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
     old = was.values.reshape(rows, -1)
     width = _widths(ds, prefix, by_band, rules).reshape(old.shape)
     group = None if rules.table.measures else _group(ds, prefix, rules, old.shape)
-    stored = _of_states(before, prefix, rules, old.shape) if rules.table.measures else {}
+    stored: dict[str, FloatArray] = {}
+    if rules.table.measures:  # values that own states need; widths with the gap under the footing if it counts
+        stored = _stored(before, prefix, STATE_TAKES)
+        stored |= {f"crack_{kind}width_max": _widths(before, prefix, bool(kind), rules) for kind in ("", "band_")}
+        stored = {key: value.reshape(old.shape) for key, value in stored.items()}
     collapsed = ds["status"].values == SampleStatus.COLLAPSED if many else np.array([_collapsed(ds)])
     new = np.empty(old.shape, dtype=np.int8)
     without_group, open_end, followed = 0, 0, rules.table.highest
@@ -378,13 +367,6 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
             f"category {int(old.max())} of {own.table.name} only; all are known up to category {followed}"
         )
     return notes
-
-
-def _of_states(ds: xr.Dataset, prefix: str, rules: Rules, shape: tuple[int, ...]) -> dict[str, FloatArray]:
-    """Archived values that own states need, of a shape; widths with the gap under the footing if it counts."""
-    stored = _stored(ds, prefix, STATE_TAKES)
-    stored |= {f"crack_{kind}width_max": _widths(ds, prefix, bool(kind), rules) for kind in ("", "band_")}
-    return {name: value.reshape(shape) for name, value in stored.items()}
 
 
 def _widths(ds: xr.Dataset, prefix: str, by_band: bool, rules: Rules) -> FloatArray:
@@ -429,17 +411,15 @@ def _beyond_the_end(new: Int8Array, old: Int8Array, collapsed: BoolArray, highes
 # -- deviation and sticking openings ---------------------------------------------------------------------------------
 
 
-_NO_DEVIATION = "no deviation from level and plumb: the archive does not hold it"
-_NO_DISTORTION = "no sticking doors and windows: the archive does not hold how their openings are distorted"
-
-
 def _levels(ds: xr.Dataset) -> list[str]:
     """Add the levels of deviation from level and plumb and of sticking openings, where their measures are kept."""
     notes = []
     of_opening = tuple(f"opening_{name}" for name in ("distortion", "width_change", "diagonal_change"))
+    tilted = "no deviation from level and plumb: the archive does not hold it"
+    stuck = "no sticking doors and windows: the archive does not hold how their openings are distorted"
     for name, limits, measures, lacking in (
-        ("deviation_level", deviation_limits(), ("tilt_max", "slope_max"), _NO_DEVIATION),
-        ("opening_sticking", sticking_limits(), of_opening, _NO_DISTORTION),
+        ("deviation_level", deviation_limits(), ("tilt_max", "slope_max"), tilted),
+        ("opening_sticking", sticking_limits(), of_opening, stuck),
     ):
         if not all(measure in ds for measure in measures):
             notes.append(lacking)

@@ -101,7 +101,9 @@ def compare_scales(ds: xr.Dataset, increment: int | None = None) -> xr.Dataset:
 
 
 def _judged(ds: xr.Dataset) -> list[_Judged]:
-    return [*_by_cracks(ds), *_by_wall(ds), *_by_ground(ds)]
+    judged = [(table, judge_again(ds, table=table)["damage_category"].values) for table in map(load_table, TABLES)]
+    by_cracks = (_Judged(table.name, table.source, table.confidence, level) for table, level in judged)
+    return [*by_cracks, *_by_wall(ds), *_by_ground(ds)]
 
 
 def _by_each_wall(ds: xr.Dataset) -> list[_Judged]:
@@ -129,12 +131,6 @@ def _pair(a: Int8Array, b: Int8Array, weights: FloatArray) -> tuple[float, float
     untied = [(total**2 - (table.sum(axis=axis) ** 2).sum()) / 2 for axis in (0, 1)]
     product = untied[0] * untied[1]
     return alike, float(difference / np.sqrt(product)) if product > 1e-12 * total**4 else np.nan
-
-
-def _by_cracks(ds: xr.Dataset) -> list[_Judged]:
-    """Judge by the damage tables, with their rules for groups."""
-    tables = map(load_table, TABLES)
-    return [_Judged(t.name, t.source, t.confidence, judge_again(ds, table=t)["damage_category"].values) for t in tables]
 
 
 def _by_wall(ds: xr.Dataset) -> Iterator[_Judged]:
