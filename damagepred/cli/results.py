@@ -115,8 +115,8 @@ def infer_command(
     seen = Observations.from_toml(files[-1], until or ())
     for price in prices(files[:-1], seen, options, workers):
         terminal.note(price)
-    with terminal.ReplayBar() as bar:
-        posterior = infer(files[:-1], seen, workers=workers, options=options, on_replay=bar.update, on_walls=bar.walls)
+    with terminal.Bar("replays") as bar:
+        posterior = infer(files[:-1], seen, workers=workers, options=options, on_replay=bar.replays, on_walls=bar.walls)
     opt.keep_curves(posterior, output, plot)
     terminal.cautions(posterior_cautions(posterior))
     terminal.answer(reported(posterior), lambda _: tables.back_analysis(posterior))

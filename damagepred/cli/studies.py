@@ -192,7 +192,7 @@ def design_command(
     from damagepred.cli import tables
 
     terminal.note(price_of_search(file, workers))
-    with terminal.ReplayBar("solving alternatives") as bar:
+    with terminal.Bar("solving alternatives") as bar:
         search = search_design(
             file,
             folder or file.with_suffix(".design"),

@@ -411,16 +411,26 @@ class _Progress:
 
 
 class Bar(_Progress):
-    """Progress of one wall, increment by increment; shown only on a terminal."""
+    """Progress of one wall, of replays or of new samples, with the time that is left; shown only on a terminal."""
 
     def __init__(self, label: str, total: int | None = None) -> None:
-        super().__init__("{task.description}", transient=True)
-        self._activity[0] = label
-        self._task = self._progress.add_task(label, total=total)
+        super().__init__(label, "{task.fields[left]}", transient=True)
+        self._task, self._began = self._progress.add_task("", total=total, left=""), time.monotonic()
 
     def step(self, step: Step) -> None:
         """Show one more increment."""
         self._progress.update(self._task, completed=step.increment.number + 1)
+
+    def replays(self, done: int, total: int) -> None:
+        """Show the number of replays done and the time left."""
+        from damagepred.formatting import duration
+
+        left = (time.monotonic() - self._began) / done * (total - done)
+        self._progress.update(self._task, completed=done, total=total, left=f"about {duration(left)} left")
+
+    def walls(self, state: StudyProgress) -> None:
+        """Show the number of new samples done."""
+        self._progress.update(self._task, completed=state.done, total=state.total, left="new samples")
 
 
 class StudyBar(_Progress):
@@ -450,22 +460,3 @@ class StudyBar(_Progress):
         if time.monotonic() - self._spoke > 10 or state.done == state.total:
             self._spoke = time.monotonic()
             _err.print(f"{state.done} of {state.total} {self.noun}, {state.failed} failed{', ' + left if left else ''}")
-
-
-class ReplayBar(_Progress):
-    """Progress of replays and of new walls, with the time that is left."""
-
-    def __init__(self, label: str = "replays") -> None:
-        super().__init__(label, "{task.fields[left]}", transient=True)
-        self._task, self._began = self._progress.add_task("", total=None, left=""), time.monotonic()
-
-    def update(self, done: int, total: int) -> None:
-        """Show the number of replays done and the time left."""
-        from damagepred.formatting import duration
-
-        left = (time.monotonic() - self._began) / done * (total - done)
-        self._progress.update(self._task, completed=done, total=total, left=f"about {duration(left)} left")
-
-    def walls(self, state: StudyProgress) -> None:
-        """Show the number of new samples done."""
-        self._progress.update(self._task, completed=state.done, total=state.total, left="new samples")

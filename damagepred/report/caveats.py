@@ -16,20 +16,11 @@ from damagepred.report.inputs import unsure
 from damagepred.report.parts import Section, Text
 from damagepred.results.house import is_house
 from damagepred.results.tables import curve_notes
-from damagepred.scene import House, Joint, Scene
+from damagepred.scene import House, Scene
 from damagepred.scene.assumed import assumed_ground, assumed_seasons, assumed_slow_strains
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.fragility.describe import median_lower_bound
 from damagepred.uq.fragility.fit import EXTRAPOLATED
-
-
-def slip_law(joint: Joint) -> str:
-    """Law of the cohesion of joints that slip."""
-    if (energy := joint.shear_fracture_energy) is not None:
-        return f"Joints that slip lose their cohesion by softening, with {energy:g} N/m in mode II."
-    kept = "keep their cohesion (Eq. 4 of the paper)"
-    said = "lose their cohesion at the first slip" if joint.brittle_shear else kept
-    return f"Joints that slip {said}. Real joints lose it over about a millimetre of slip."
 
 
 def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
@@ -58,7 +49,12 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         "Bonds break at once when their strength is reached. Small differences decide which joint breaks next, and the "
         "widest crack with it: single walls are examples, and probabilities need many walls. "
     )
-    said.append(("" if scene.joint.fracture_energy else bonds) + slip_law(scene.joint))
+    law = "lose" if scene.joint.brittle_shear else "keep"
+    detail = "at the first slip" if scene.joint.brittle_shear else "(Eq. 4 of the paper)"
+    slip = f"Joints that slip {law} their cohesion {detail}. Real joints lose it over about a millimetre of slip."
+    if (energy := scene.joint.shear_fracture_energy) is not None:
+        slip = f"Joints that slip lose their cohesion by softening, with {energy:g} N/m in mode II."
+    said.append(("" if scene.joint.fracture_energy else bonds) + slip)
     if scene.movement.prescribed:
         said.append(
             "The underside of the wall follows a given form: the wall's weight and stiffness do not change the form of "

@@ -8,8 +8,6 @@ from collections.abc import Collection, Iterator, Mapping
 from functools import partial
 from typing import Any
 
-import xarray as xr
-
 from damagepred.archive.provenance import GIVEN as GIVEN_PLACES
 from damagepred.archive.provenance import UNITS
 from damagepred.assembly.brick_cracks import bricks_break
@@ -50,14 +48,13 @@ _OF_ZONES = ("cohesion", "friction", "dilation", "tensile_strength", "fracture_e
 
 
 def input_section(
-    scene: Scene,
-    settings: StudySettings | None = None,
-    given: Collection[str] | None = None,
-    units: Mapping[str, str] | None = None,
+    scene: Scene, settings: StudySettings | None = None, attributes: Mapping[str, Any] | None = None
 ) -> Section:
-    """Section of inputs, in the units that the user wrote."""
-    uncertain = set(settings.variables) if settings is not None else set()
-    shown = partial(_rows, uncertain=uncertain, given=given, material=scene.material, units=units or {})
+    """Section of inputs, in the units that the user wrote; attributes of older archives do not have these."""
+    record, uncertain = attributes or {}, set(settings.variables) if settings is not None else set()
+    given = str(record[GIVEN_PLACES]).split() if GIVEN_PLACES in record else None
+    units = dict(json.loads(record.get(UNITS, "{}")))
+    shown = partial(_rows, uncertain=uncertain, given=given, material=scene.material, units=units)
     rows = [row for table, values in _tables(scene) for row in shown(table, values)]
     what = "The wall; what varies from sample to sample is in the next table" if uncertain else "The wall"
     sources = {name for row in rows for name in CONFIDENCE if row[4].endswith(f"({name})")}
@@ -93,16 +90,6 @@ def input_section(
         levels = [f"({name}): {meaning}" for name, meaning in CONFIDENCE.items() if name in sources]
         parts.append(Text([f"Levels of confidence: {'; '.join(levels)}."]))
     return Section("inputs", "Inputs and their sources", parts)
-
-
-def given_of(ds: xr.Dataset) -> list[str] | None:
-    """Places of the values that the user gave; None for archives without this record."""
-    return str(ds.attrs[GIVEN_PLACES]).split() if GIVEN_PLACES in ds.attrs else None
-
-
-def units_of(ds: xr.Dataset) -> dict[str, str]:
-    """Units that the user wrote, by place; older archives have none."""
-    return dict(json.loads(ds.attrs.get(UNITS, "{}")))
 
 
 def unsure(settings: StudySettings) -> list[str]:

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,26 +17,24 @@ from damagepred.archive.provenance import mixture
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import DamagepredError, InputError
-from damagepred.formatting import counted, duration, named, number
+from damagepred.formatting import counted, duration, length, named, number
 from damagepred.report.back_analysis import back_analysis_section
 from damagepred.report.caveats import study_caveats
 from damagepred.report.comparison import comparison_parts
-from damagepred.report.cracks import crack_parts
 from damagepred.report.house import house_damage, house_drawings, walls_table
-from damagepred.report.inputs import given_of, input_section, place_in_words, units_of
+from damagepred.report.inputs import input_section, place_in_words
 from damagepred.report.limits import study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Text, drawing
 from damagepred.report.quality import common_movement, monte_carlo, study_quality
 from damagepred.report.summary import answers, asked_movement, influences, movement_number, study_summary
-from damagepred.report.typical import typical_and_worst
-from damagepred.report.wall import wall_drawing
+from damagepred.report.wall import crack_parts, wall_drawing
 from damagepred.results.house import is_house, noun
 from damagepred.results.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words
 from damagepred.results.tables import Table, curve_columns, worst_category_columns, year_columns
-from damagepred.uq.exceedance import own_movements
+from damagepred.uq.exceedance import category_capacities, own_movements
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.options import DEFAULT
-from damagepred.uq.intensity import movement_words
+from damagepred.uq.intensity import intensity_values, movement_measure, movement_words
 
 if TYPE_CHECKING:
     from damagepred.one_wall.judged_path import Step
@@ -108,7 +106,7 @@ def study_page(
             study_caveats(ds, curves, settings, moved),
         ],
         appendix=[
-            input_section(settings.scene, settings, given_of(ds), units_of(ds)),
+            input_section(settings.scene, settings, ds.attrs),
             Section("run", "What was run", _run_parts(folder, ds, settings, written)),
             Section("quality", "Quality of the solutions, and Monte Carlo error", study_quality(ds) + certainty),
             Section("files", "The study in full", [Listing(_STUDY_FILE, folder.study_text().strip())]),
@@ -319,3 +317,52 @@ def _curves_table(curves: xr.Dataset) -> Table:
     if str(curves.attrs["model"]) == "common":
         note += " Fitted each for itself, curves would cross; these have one dispersion for all."
     return Table.of("The curves", curve_columns(curves), counted(note, is_house(curves)))
+
+
+class Chosen(NamedTuple):
+    """Numbers of a typical and of the worst wall, and the criterion of each choice."""
+
+    typical: int
+    worst: int
+    why_typical: str
+    why_worst: str
+
+
+def typical_and_worst(ds: xr.Dataset, at: float | None = None) -> Chosen | None:
+    """Wall with the median of the widest crack, at a movement (m) or the end, and wall that is the worst first."""
+    # a wall that ended before in the worst category or in collapse counts as wider, the earlier the wider; other walls
+    # that were not followed as far are left out
+    capacities = {c: category_capacities(ds, c) for c in range(1, int(ds.attrs["highest_category"]) + 1)}
+    capacities = {c: known.part(~known.failing) for c, known in capacities.items()}
+    some = [c for c, known in capacities.items() if np.isfinite(known.upper).any()]
+    sample, weight = capacities[1].sample, capacities[1].weight
+    if not len(sample):
+        return None
+    path = np.fmax.accumulate(ds["crack_width_max"].values[sample], axis=1)
+    moved = np.where(np.isfinite(path), intensity_values(ds, movement_measure(ds))[sample], np.nan)
+    width, last = np.fmax.reduce(path, axis=1), np.fmax.reduce(moved, axis=1)
+    gone = np.fmax.reduce(ds["damage_category"].values[sample], axis=1) >= int(ds.attrs["highest_category"])
+    gone |= ds["status"].values[sample] == SampleStatus.COLLAPSED
+    where, short = "at the end of its movement", np.ones(len(sample), dtype=np.bool_)
+    key = width.copy()
+    if at is not None:
+        where, short = f"at a {movement_words(ds)} of {length(at)}", last < at * (1 - 1e-9)
+        key[:] = [np.interp(at, m[np.isfinite(m)], p[np.isfinite(m)]) for m, p in zip(moved, path)]
+        key[short] = np.nan
+    key[gone & short] = np.inf
+    heavy = np.where(np.isnan(key), 0.0, 1.0 if weight is None else weight)
+    if not heavy.any():
+        return None
+    order = np.lexsort((-last, np.nan_to_num(key, nan=np.inf, posinf=np.inf)))
+    middle = int(order[np.searchsorted(np.cumsum(heavy[order]), 0.5 * heavy.sum() * (1 - 1e-12))])
+    typical = int(sample[middle])
+    why = f"whose widest crack {where} is the median of all samples, {length(key[middle])}"
+    if np.isinf(key[middle]):
+        why = f"the median of all samples {where}: it fell, or reached the worst category, at {length(last[middle])}"
+    if not some:
+        reason = f"whose widest crack is the widest, {length(float(width.max()))}"
+        return Chosen(typical, int(sample[np.argmax(width)]), why, reason)
+    known = capacities[some[-1]]
+    first = int(np.argmin(known.upper))
+    reason = f"which reached category {some[-1]} first, at {length(known.upper[first])}"
+    return Chosen(typical, int(known.sample[first]), why, reason)

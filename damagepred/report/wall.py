@@ -9,27 +9,28 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.schema import category_label, is_dynamic
+from damagepred.damage import HAIRLINE
 from damagepred.enumerations import PathStatus
 from damagepred.errors import InputError
 from damagepred.formatting import length, number, ratio
 from damagepred.report.caveats import wall_caveats
-from damagepred.report.cracks import crack_parts
 from damagepred.report.house import house_damage, house_drawings, house_facts
-from damagepred.report.inputs import given_of, input_section, units_of
+from damagepred.report.inputs import input_section
 from damagepred.report.limits import wall_limits
-from damagepred.report.parts import Drawing, Listing, Page, Part, Section, drawing
+from damagepred.report.parts import Drawing, Listing, Page, Part, Section, Text, drawing
 from damagepred.report.quality import wall_quality
 from damagepred.report.summary import wall_summary
 from damagepred.results.house import is_house
 from damagepred.results.rejudge import footing_gap_note, has_dpc, measure_in_words, shown_gaps
-from damagepred.results.tables import Table, path_columns
+from damagepred.results.tables import Table, crack_columns, path_columns
+from damagepred.results.wall_cracks import WallCracks, crack_frame
 from damagepred.scene import Scene
 from damagepred.scene.reading import plain
 from damagepred.scene.scene import archived_scene
 from damagepred.uq.intensity import movement_measure, movement_words
 
-MOST_ROWS = 60
-"""Increments that the table of a wall lists at most."""
+MOST_ROWS, MOST_CRACKS = 60, 8
+"""Increments and cracks that the tables of a wall list at most."""
 
 _SCENE_FILE = "Scene file, complete with defaults"
 NEEDED = ("contact_opening", "damage_category", "crack_width_max", "central_deflection", "block_x")
@@ -67,7 +68,7 @@ def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
             wall_caveats(ds, scene),
         ],
         appendix=[
-            input_section(scene, given=given_of(ds), units=units_of(ds)),
+            input_section(scene, attributes=ds.attrs),
             Section("run", "What was run", [_run(ds, origin, written)]),
             Section("quality", "How good the solution is", [*wall_quality(ds), _path_table(ds)]),
             Section("files", "The scene in full", [Listing(_SCENE_FILE, ds.attrs["scene"].strip())]),
@@ -164,6 +165,32 @@ def _history(ds: xr.Dataset) -> Drawing:
         draw_history(ds),
         along="movement",
     )
+
+
+def crack_parts(ds: xr.Dataset) -> list[Part]:
+    """Drawing and table of a wall's cracks at the end of its path."""
+    traced = None if is_house(ds) else WallCracks(ds)
+    frame = crack_frame(ds if traced is None else traced.dataset())
+    if frame.empty:
+        return [Text([f"No joint has opened or slid by more than {length(HAIRLINE)}."])]
+    figures: list[Part] = []
+    if traced is not None:
+        from damagepred.plotting import draw_cracks
+
+        caption = "The cracks where they run, on the undeformed wall; the table has the same numbers."
+        label = f"Drawing of the wall with {len(frame)} numbered cracks, coloured by width"
+        figures = [drawing("cracks", caption, label, draw_cracks(ds, traced=traced))]
+    note = (
+        "Width is the largest opening normal to a joint, which damage tables speak of; the displacement has the slip "
+        f"in it. What has opened or slid by more than {length(HAIRLINE)} and touches is one crack. Length "
+        "includes branches."
+    )
+    if "crack_wall" in frame:
+        frame = frame.sort_values("crack_width", ascending=False)
+    if len(frame) > MOST_CRACKS:
+        note = f"The first {MOST_CRACKS} of {len(frame)}, the widest of each part of the wall first. {note}"
+    caption = "Cracks at the end of the path, the widest of each part of the wall first"
+    return [*figures, Table.of(caption, crack_columns(frame.head(MOST_CRACKS), is_dynamic(ds)), note)]
 
 
 def damage_parts(ds: xr.Dataset) -> list[Part]:

@@ -16,8 +16,7 @@ from damagepred.report.caveats import model_caveats, study_caveats
 from damagepred.report.inputs import input_section, place_in_words, unsure
 from damagepred.report.limits import BEYOND, _counted, study_limits
 from damagepred.report.sources import field_source, sources_of_variable
-from damagepred.report.study import study_page
-from damagepred.report.typical import typical_and_worst
+from damagepred.report.study import study_page, typical_and_worst
 from damagepred.report.wall import wall_page
 from damagepred.results.tables import Table
 from damagepred.scene import Scene

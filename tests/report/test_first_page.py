@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from damagepred.archive.folder import StudyFolder
+from damagepred.archive.provenance import given_values
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.report.inputs import input_section
@@ -63,7 +64,7 @@ def test_inputs_have_the_units_of_the_file(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     scene = Scene.from_toml(tmp_path / "wall.toml")
-    section = input_section(scene, given=scene.given, units=scene.given.units)
+    section = input_section(scene, attributes=given_values(scene.given))
     shown = table(section, "The wall")
     rows = {(group, row[0]): row[1:3] for group, row in zip(shown.groups, shown.rows)}
     assert rows["Wall", "length"] == ["250", "cm"]
