@@ -10,6 +10,7 @@ import typer
 
 from damagepred.cli import results, studies, terminal, walls
 from damagepred.cli.options import BAD_INPUT, INTERRUPTED, OK, SOME_FAILED, app
+from damagepred.errors import InputError, SolverError, StudyError
 
 __all__ = ["BAD_INPUT", "INTERRUPTED", "OK", "SOME_FAILED", "app", "main", "results", "studies", "walls"]
 
@@ -53,8 +54,6 @@ def cache(
 
 def main() -> None:
     """Run the command line; every expected error is one message and an exit code."""
-    from damagepred.errors import InputError, SolverError, StudyError
-
     terminal.FORM.quiet = terminal.FORM.json = False
     terminal.FORM.full = True
     terminal.show_archive_warnings()

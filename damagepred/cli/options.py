@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from typer.core import TyperGroup
 
+import damagepred as dp
 from damagepred.cli import terminal
 from damagepred.enumerations import PathStatus
 
@@ -107,9 +108,7 @@ FootingGap = Annotated[bool | None, typer.Option(help="Whether a gap on the foot
 
 def _show_version(asked: bool) -> None:
     if asked:
-        from damagepred.runtime.version import __version__
-
-        terminal.say(f"damagepred {__version__}")
+        terminal.say(f"damagepred {dp.__version__}")
         raise typer.Exit
 
 
@@ -194,9 +193,8 @@ def common(
 def open_result(path: Path) -> xr.Dataset:
     """Study of a folder, or the dataset of a file."""
     from damagepred.archive.files import read_dataset
-    from damagepred.archive.folder import open_study
 
-    return open_study(path) if path.is_dir() else read_dataset(path)
+    return dp.open_study(path) if path.is_dir() else read_dataset(path)
 
 
 def say_pictures(files: Iterable[Path]) -> None:
@@ -213,9 +211,7 @@ def say_written(*files: Path) -> None:
 
 def keep_table(frame: pd.DataFrame, file: Path, index: bool = True) -> None:
     """Write a table as CSV."""
-    from damagepred.exports import write_csv
-
-    write_csv(frame, file, index=index)
+    dp.exports.write_csv(frame, file, index=index)
     say_written(file)
 
 
@@ -227,10 +223,8 @@ def keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None = None) -> 
         write_dataset(ds, output)
         say_written(output)
     if plot is not None:
-        from damagepred.plotting import save_wall_pictures
-
         with terminal.doing("drawing the result"):
-            say_pictures(save_wall_pictures(ds, plot))
+            say_pictures(dp.plotting.save_wall_pictures(ds, plot))
 
 
 def keep_curves(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None:
@@ -239,10 +233,8 @@ def keep_curves(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None:
 
     keep_wall(ds.assign_attrs(schema_version=SCHEMA_VERSION), output)
     if plot is not None:
-        from damagepred.plotting import save_fragility_picture
-
         with terminal.doing("drawing"):
-            say_pictures([save_fragility_picture(ds, plot)])
+            say_pictures([dp.plotting.save_fragility_picture(ds, plot)])
 
 
 def exit_code(ds: xr.Dataset) -> int:

@@ -7,8 +7,10 @@ from typing import Annotated, Any, Literal, get_args
 
 from typer import Argument, Option
 
+import damagepred as dp
 from damagepred.cli import options as opt
 from damagepred.cli import terminal
+from damagepred.errors import InputError
 
 
 @opt.command("estimate", "json", "quiet")
@@ -55,11 +57,9 @@ def compare(
 ) -> None:
     """Compare studies: change of a probability of damage by each measure, with the same samples."""
     from damagepred.cli.sentences import comparison_lines
-    from damagepred.errors import InputError
     from damagepred.formatting import counted
     from damagepred.results.house import is_house, study_of
     from damagepred.uq.capacity import category_number
-    from damagepred.uq.comparison import compare as compare_studies
     from damagepred.uq.movement_distribution import movement_distribution
 
     movement = movement_distribution(at, option="--at")
@@ -70,7 +70,7 @@ def compare(
         raise InputError(f"{twice[0]}: is given twice; compare it with another study.")
     studies = {name: study_of(folder, wall) for name, folder in zip(names, folders)}
     category = category_number(next(iter(studies.values())), category)
-    comparison = compare_studies(studies, categories=[category], at=[movement], confidence=confidence)
+    comparison = dp.compare(studies, categories=[category], at=[movement], confidence=confidence)
     if terminal.FORM.json:
         terminal.print_json(comparison)
     terminal.say(f"P(category >= {category} at {counted(movement.words, any(map(is_house, studies.values())))})")
@@ -78,7 +78,7 @@ def compare(
     if movement.assumption:
         terminal.note(movement.assumption)
     if output is not None or plot is not None:
-        opt.keep_curves(compare_studies(studies, categories=[category], confidence=confidence), output, plot)
+        opt.keep_curves(dp.compare(studies, categories=[category], confidence=confidence), output, plot)
 
 
 _STUDIES_AND_SURVEY = "Study folders (*.dp), one per cause, and then the observations (*.toml, *.csv, *.xlsx)."
@@ -100,11 +100,10 @@ def infer_command(
     plot: opt.Picture = None,
 ) -> None:
     """Infer movement and cause from observed cracks, levels and windows, and what further movement would bring."""
-    from damagepred.analyses.back_analysis import infer, prices
+    from damagepred.analyses.back_analysis import prices
     from damagepred.analyses.inference_options import InferenceOptions
     from damagepred.analyses.posterior_tables import reported
     from damagepred.cli import tables
-    from damagepred.errors import InputError
     from damagepred.report.back_analysis import posterior_cautions
     from damagepred.scene.survey_tables import SUFFIXES
     from damagepred.uq.observations import Observations
@@ -116,7 +115,9 @@ def infer_command(
     for price in prices(files[:-1], seen, options, workers):
         terminal.note(price)
     with terminal.Bar("replays") as bar:
-        posterior = infer(files[:-1], seen, workers=workers, options=options, on_replay=bar.replays, on_walls=bar.walls)
+        posterior = dp.infer(
+            files[:-1], seen, workers=workers, options=options, on_replay=bar.replays, on_walls=bar.walls
+        )
     opt.keep_curves(posterior, output, plot)
     terminal.cautions(posterior_cautions(posterior))
     terminal.answer(reported(posterior), lambda _: tables.back_analysis(posterior))
@@ -156,38 +157,32 @@ def fragility(
     """Fit fragility curves to a study."""
     from damagepred.cli import tables
     from damagepred.cli.sentences import surface_lines
-    from damagepred.errors import InputError
     from damagepred.results.house import study_of
-    from damagepred.results.rejudge import footing_gap_note, judge_again
-    from damagepred.uq.fragility import fit_fragility, fit_surface
+    from damagepred.results.rejudge import footing_gap_note
 
     wanted = terminal.categories(categories)
     study = study_of(folder, wall)
     if measure is not None or footing_gap is not None:
-        study = judge_again(study, measure=measure, count_footing_gap=footing_gap)
+        study = dp.judge_again(study, measure=measure, count_footing_gap=footing_gap)
     fit: dict[str, Any] = {"intensity": intensity, "confidence": confidence, "bootstrap": bootstrap}
     fit["options"] = terminal.fragility_options(options)
     if against is not None:
         if wanted is None or len(wanted) != 1:
             raise InputError("--against: a surface is of one category; name it, such as --categories 2.")
-        surface = fit_surface(study, wanted[0], against, **fit)
+        surface = dp.fit_surface(study, wanted[0], against, **fit)
         opt.keep_curves(surface, output, plot)
         terminal.answer(surface, lambda _: terminal.lines(surface_lines(surface)))
         return
-    curves = fit_fragility(study, model=model, categories=wanted, goodness=goodness, **fit)
+    curves = dp.fit_fragility(study, model=model, categories=wanted, goodness=goodness, **fit)
     opt.keep_curves(curves, output, plot)
     if csv is not None:
-        from damagepred.exports import curves_frame
-
-        opt.keep_table(curves_frame(curves), csv)
+        opt.keep_table(dp.curves_frame(curves), csv)
         if intensity == "time":
             from damagepred.results.tables import year_frame
 
             opt.keep_table(year_frame(study, confidence), csv.with_stem(f"{csv.stem}_years"))
     if export is not None:
-        from damagepred.exports import export_curves
-
-        opt.say_written(*export_curves(curves, export, output or folder, extrapolated=extrapolated))
+        opt.say_written(*dp.exports.export_curves(curves, export, output or folder, extrapolated=extrapolated))
     terminal.answer(curves, tables.fragility_table)
     if intensity == "time" and not terminal.FORM.json:
         tables.year_table(study, confidence)
@@ -210,20 +205,17 @@ def export(
 ) -> None:
     """Write curves or walls for another program."""
     from damagepred.archive.files import read_dataset
-    from damagepred.archive.folder import open_study
-    from damagepred.exports import curves_frame, export_curves, walls_frame
-    from damagepred.uq.fragility import fit_fragility
 
     wanted = terminal.categories(categories)
     place = output or path.with_name(f"{path.stem}_{form}.csv")
     if form == "walls":
-        opt.keep_table(walls_frame(open_study(path)), place)
+        opt.keep_table(dp.walls_frame(dp.open_study(path)), place)
         return
-    curves = fit_fragility(open_study(path), categories=wanted) if path.is_dir() else read_dataset(path)
+    curves = dp.fit_fragility(dp.open_study(path), categories=wanted) if path.is_dir() else read_dataset(path)
     if form == "curves":
-        opt.keep_table(curves_frame(curves), place)
+        opt.keep_table(dp.curves_frame(curves), place)
     else:
-        opt.say_written(*export_curves(curves, form, output or path, wanted, extrapolated))
+        opt.say_written(*dp.exports.export_curves(curves, form, output or path, wanted, extrapolated))
 
 
 @opt.command("sensitivity", "json", "full", "quiet")
@@ -238,9 +230,7 @@ def sensitivity(
     confidence: opt.Confidence = 0.9,
 ) -> None:
     """Rank the inputs of a study by their influence on damage: rank correlations and shares of variance."""
-    from damagepred.analyses.variance_shares import study_sensitivity
     from damagepred.cli import tables
-    from damagepred.errors import InputError
     from damagepred.results.house import study_of
 
     if at not in (None, "site"):
@@ -249,7 +239,7 @@ def sensitivity(
             "category is reached."
         )
     chosen = 1 if category is None and result is None else category
-    indices = study_sensitivity(
+    indices = dp.study_sensitivity(
         study_of(folder, wall), category=chosen, output=result, own_ground=at is not None, confidence=confidence
     )
     opt.keep_curves(indices, output, plot)
@@ -265,18 +255,15 @@ def plot(
     ] = None,
 ) -> None:
     """Draw a solved wall or a study."""
-    from damagepred.errors import InputError
-    from damagepred.plotting import save_animation, save_study_pictures
-
     ds = opt.open_result(path)
     if gif is not None:
         if "sample" in ds.sizes:
             raise InputError(
                 f"--gif {gif}: goes with one wall; `damagepred replay {path} SAMPLE -o wall.nc` solves one."
             )
-        opt.say_pictures([save_animation(ds, gif)])
+        opt.say_pictures([dp.plotting.save_animation(ds, gif)])
     elif path.is_dir() or "sample" in ds.sizes:  # a study, or one judged again
-        opt.say_pictures(save_study_pictures(ds, output))
+        opt.say_pictures(dp.plotting.save_study_pictures(ds, output))
     elif "contact_opening" not in ds:
         raise InputError(f"{path}: is not the result of solve or replay (it has no contact_opening).")
     else:
@@ -292,9 +279,8 @@ def scales_command(
 ) -> None:
     """Judge a wall or a study by all published scales and limits that ship, and show their agreement."""
     from damagepred.cli import tables
-    from damagepred.results.scales import compare_scales
 
-    agreement = compare_scales(opt.open_result(path), increment)
+    agreement = dp.compare_scales(opt.open_result(path), increment)
     opt.keep_curves(agreement, output, plot)
     terminal.answer(agreement, tables.scales)
 
@@ -321,11 +307,10 @@ def report(
     ] = None,
 ) -> None:
     """Write one self-contained page about a solved wall or a study."""
-    from damagepred.report import write_report
     from damagepred.uq.movement_distribution import movement_distribution
 
     with terminal.Bar("solving a typical sample again") as bar:
-        place = write_report(
+        place = dp.report.write_report(
             path,
             output,
             replay=not no_replay,

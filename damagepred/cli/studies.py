@@ -9,6 +9,7 @@ from typing import Annotated
 
 from typer import Argument, Exit, Option
 
+import damagepred as dp
 from damagepred.cli import options as opt
 from damagepred.cli import terminal
 from damagepred.cli.walls import _ask_back, _say_ground
@@ -32,14 +33,12 @@ def study(
     """Run a Monte Carlo study; the same command resumes it, a larger -n extends it."""
     from damagepred.archive.cautions import STUDIED, study_cautions
     from damagepred.archive.folder import StudyFolder
-    from damagepred.assembly import Limits
     from damagepred.campaign.dispatch import connect_dask_scheduler
     from damagepred.campaign.settings import StudySettings
     from damagepred.campaign.stopping import run_until
     from damagepred.cli.sentences import ending_lines
     from damagepred.formatting import counted
     from damagepred.scene import House
-    from damagepred.study import Study
 
     settings = StudySettings.from_toml(file).with_samples(samples, seed)
     folder, houses = output or file.with_suffix(".dp"), isinstance(settings.scene, House)
@@ -49,7 +48,7 @@ def study(
         client = open_until_the_end.enter_context(connect_dask_scheduler(scheduler)) if scheduler else None
         bar = open_until_the_end.enter_context(terminal.StudyBar(houses))
         ending = run_until(
-            Study(settings, Limits.asked(yes, timeout)),
+            dp.Study(settings, dp.Limits.asked(yes, timeout)),
             folder,
             samples,
             workers,
@@ -144,7 +143,6 @@ def rare(
     """Estimate a small probability of damage by subset simulation; the same command resumes it."""
     from damagepred.analyses.limit_state import Question
     from damagepred.analyses.rare_event import kept_sizes, rare_event
-    from damagepred.assembly import Limits
     from damagepred.campaign.settings import StudySettings
     from damagepred.cli.sentences import rare_lines
     from damagepred.formatting import counted
@@ -167,7 +165,7 @@ def rare(
         level_share=level_share,
         workers=workers,
         timeout=timeout,
-        limits=Limits.asked(yes, timeout),
+        limits=dp.Limits.asked(yes, timeout),
         mix_versions=mix_versions,
         on_level=lambda level: terminal.note(f"level reached: margin {level.limit:.4g}, share {level.share:.3g}"),
     )
@@ -188,12 +186,12 @@ def design_command(
     plot: opt.Picture = None,
 ) -> None:
     """Search the cheapest alternative with unlikely damage, or the least expected cost; the same command resumes."""
-    from damagepred.analyses.design_search import price_of_search, search_design
+    from damagepred.analyses.design_search import price_of_search
     from damagepred.cli import tables
 
     terminal.note(price_of_search(file, workers))
     with terminal.Bar("solving alternatives") as bar:
-        search = search_design(
+        search = dp.search_design(
             file,
             folder or file.with_suffix(".design"),
             workers=workers,
@@ -218,7 +216,7 @@ def portfolio_command(
     plot: opt.Picture = None,
 ) -> None:
     """Assess a street: one row per house in, one row per house out; the same command resumes."""
-    from damagepred.analyses.portfolio import assess_portfolio, map_columns, price_of_portfolio, write_portfolio
+    from damagepred.analyses.portfolio import map_columns, price_of_portfolio, write_portfolio
     from damagepred.cli import tables
     from damagepred.scene.number_table import read_number_table
 
@@ -230,7 +228,7 @@ def portfolio_command(
         def on_house(number: int, count: int, name: str) -> None:
             activity[0] = f"solving {name}, house {number} of {count}"
 
-        street = assess_portfolio(
+        street = dp.assess_portfolio(
             houses,
             file,
             folder or houses.with_suffix(".portfolio"),

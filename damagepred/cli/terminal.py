@@ -20,7 +20,7 @@ from typing import IO, TYPE_CHECKING, Any, Self, cast
 from rich.console import Console
 from rich.markup import escape
 
-from damagepred.errors import ArchiveWarning
+from damagepred.errors import ArchiveWarning, InputError
 from damagepred.inputs.text import controls_escaped
 
 if TYPE_CHECKING:
@@ -300,7 +300,6 @@ def markdown(text: str) -> None:
 
 def quantity(option: str, text: str, unit: str) -> float:
     """Read a number with a unit from the command line."""
-    from damagepred.errors import InputError
     from damagepred.scene.quantity import is_number, to_si
 
     if is_number(text):

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from typer import Argument, Exit, Option
 
+import damagepred as dp
 from damagepred.cli import options as opt
 from damagepred.cli import terminal
 
 if TYPE_CHECKING:
     from damagepred.campaign.settings import StudySettings
-    from damagepred.scene import Scene
 
 
 _Template = Literal[
@@ -48,7 +48,6 @@ def check(
     yes: opt.Yes = False,
 ) -> None:
     """Validate and draw a file, solve one wall of it and estimate the cost of the whole run."""
-    from damagepred.assembly import Limits
     from damagepred.campaign.cost_estimate import estimate_cost
     from damagepred.cli.sentences import cost_lines
 
@@ -60,7 +59,7 @@ def check(
         with terminal.doing("drawing the scene"):
             terminal.note(f"drew {save_scene_picture(settings.mean_wall()[0] if settings else described, plot)}")
     with terminal.Bar("solving one sample to price the run") as bar:
-        estimate = estimate_cost(file, on_step=bar.step, limits=Limits.asked(yes))
+        estimate = estimate_cost(file, on_step=bar.step, limits=dp.Limits.asked(yes))
     without = ["cautions", "accuracy", "ground", "site", "wall", "moving", "sampled"]
     terminal.answer(estimate, lambda cost: terminal.lines(cost_lines(cost, terminal.FORM.full)), without)
 
@@ -75,9 +74,7 @@ def solve(
     yes: opt.Yes = False,
 ) -> None:
     """Solve one wall; of a study file, the wall with every variable at its mean."""
-    from damagepred.assembly import Limits
     from damagepred.cli import tables
-    from damagepred.one_wall.solve import solve as solve_wall
 
     described, settings = _described(file)
     mean_wall = ""
@@ -86,12 +83,12 @@ def solve(
         described, mean_wall = settings.mean_wall()
     count = described.movement.increment_count if described.dynamics is None else described.dynamics.outputs
     with terminal.Bar("solving the path", count + 1) as bar:
-        ds = solve_wall(
+        ds = dp.solve(
             described,
             on_failure="return",
             on_step=bar.step,
             store_zones=not no_zones,
-            limits=Limits.asked(yes, timeout),
+            limits=dp.Limits.asked(yes, timeout),
         )
     opt.keep_wall(ds, output, plot)
     if settings is not None:
@@ -131,14 +128,12 @@ def cracks_command(
     """Show the cracks of a solved wall at the end of its path, one by one."""
     from damagepred.archive.files import read_dataset
     from damagepred.cli import tables
-    from damagepred.results.wall_cracks import crack_frame
-    from damagepred.results.wall_cracks import cracks as cracks_of
 
-    cracks = cracks_of(read_dataset(file))
+    cracks = dp.cracks(read_dataset(file))
     if csv is not None:
-        opt.keep_table(crack_frame(cracks, None), csv, index=False)
+        opt.keep_table(dp.crack_frame(cracks, None), csv, index=False)
     opt.keep_wall(cracks, output)
-    terminal.answer(crack_frame(cracks), partial(tables.crack_table, cracks))
+    terminal.answer(dp.crack_frame(cracks), partial(tables.crack_table, cracks))
 
 
 @opt.command("judge", "full", "quiet")
@@ -160,10 +155,9 @@ def judge_command(
 ) -> None:
     """Judge a wall or a study again under another damage table or other rules, without solving it."""
     from damagepred.cli import tables
-    from damagepred.results.rejudge import judge_again
 
     before = opt.open_result(path)
-    after = judge_again(
+    after = dp.judge_again(
         before,
         table=table,
         plasterboard=plasterboard,
@@ -182,7 +176,7 @@ def judge_command(
 def materials_command() -> None:
     """List the masonry of the library: values, scatter, source and confidence."""
     from damagepred.formatting import quantity
-    from damagepred.scene import Scene, masonry_library
+    from damagepred.scene import masonry_library
 
     if terminal.FORM.json:
         terminal.print_json(
@@ -195,17 +189,16 @@ def materials_command() -> None:
     for name, masonry in masonry_library().items():
         rows = []
         for place, value in masonry.values.items():
-            number, unit = quantity(value.mean, Scene.unit_of(place))
+            number, unit = quantity(value.mean, dp.Scene.unit_of(place))
             scatter = "" if value.cov is None else f"{value.cov:g} ({value.cov_confidence})"
             rows.append([place, f"{number} {unit}".strip(), value.confidence, scatter])
         terminal.table(f'material = "{name}": {masonry.description}', ["value", "mean", "confidence", "cov"], rows)
         terminal.say(f"calibrated on: {masonry.calibrated_on}; source: {masonry.source}")
 
 
-def _described(file: Path) -> tuple[Scene, StudySettings | None]:
+def _described(file: Path) -> tuple[dp.Scene, StudySettings | None]:
     """Read a scene file, or a study file with its scene."""
     from damagepred.inputs.input_files import read_toml
-    from damagepred.scene import Scene
     from damagepred.scene.scene import STUDY_KEYS
     from damagepred.solvers.options import SolverOptions
 
@@ -214,12 +207,12 @@ def _described(file: Path) -> tuple[Scene, StudySettings | None]:
 
         settings = StudySettings.from_toml(file)
         return settings.scene, settings
-    scene = Scene.from_toml(file)
+    scene = dp.Scene.from_toml(file)
     SolverOptions.of(scene.solver, str(file))  # refused with the name of the file
     return scene, None
 
 
-def _ask_back(described: Scene, settings: StudySettings | None) -> None:
+def _ask_back(described: dp.Scene, settings: StudySettings | None) -> None:
     """Name numbers that are unlikely in their unit, that variables replace, and that nothing reads."""
     from damagepred.assembly.brick_cracks import brick_cautions
     from damagepred.scene.assumed import ground_cautions
@@ -231,7 +224,7 @@ def _ask_back(described: Scene, settings: StudySettings | None) -> None:
         terminal.cautions(unread(described, settings.variables if settings else ()))
 
 
-def _say_ground(described: Scene, settings: StudySettings | None) -> None:
+def _say_ground(described: dp.Scene, settings: StudySettings | None) -> None:
     """Print the surface movement of a soil log, and assumed properties of the ground."""
     from damagepred.campaign.site_classes import site_line
     from damagepred.scene.assumed import ground_line
