@@ -54,12 +54,6 @@ CURVE_STYLES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
 """Line style of fragility curves in their order, beside their colour."""
 
 
-def band_colours(levels: FloatArray) -> ListedColormap:
-    """One colour per band and for values beyond both ends: blue in compression, red in tension."""
-    start, end = (0.5 if levels[0] >= -1e-12 else 0.0), (0.5 if levels[-1] <= 1e-12 else 1.0)
-    return ListedColormap(list(colormaps["RdBu_r"](np.linspace(start, end, len(levels) + 1))))
-
-
 def field_colours(values: FloatArray) -> tuple[Colormap, Normalize]:
     """Colours of a field: blue below and red above zero where it has both signs, otherwise from pale to dark."""
     low, high = float(values.min(initial=0.0)), float(values.max(initial=0.0))

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, to_rgba_array
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgba_array
 from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
 
@@ -115,7 +116,11 @@ def draw(
     if any(place in dims for place in _PLACES):
         return _draw_field(ds, variable, ax, increment, exaggeration)
     if "section" in dims:
-        return _draw_sections(ds, variable, ax)
+        factor, unit = _shown_unit(ds, variable)
+        name = f"{variable.removeprefix('section_').replace('_', ' ')}{unit}"
+        ax = _draw_along(ds, ax, ds["section_x"].values, ds[variable].values * factor, name)
+        sheet.set_title(ax, sheet.title_of(ds, "wall"), str(ds[variable].attrs.get("long_name", "")))
+        return ax
     return _draw_over_movement(ds, variable, ax, against, label)
 
 
@@ -135,10 +140,11 @@ def _draw_stress(
     rigid, zoned = stresses(wall)
     bent, bent_corners = elastic_stress(wall, rigid)
     limits = np.asarray(stress_levels(ds, variable, [increment]) if levels is None else levels, dtype=np.float64)
-    palette = colours.band_colours(limits)
-    norm = BoundaryNorm(list(limits), palette.N, extend="both")
+    # one colour per band and for values beyond both ends: blue in compression, red in tension
+    ends = (0.5 if limits[0] >= -1e-12 else 0.0), (0.5 if limits[-1] <= 1e-12 else 1.0)
+    shades = [tuple(colour) for colour in colormaps["RdBu_r"](np.linspace(*ends, len(limits) + 1))]
+    palette, norm = ListedColormap(shades), BoundaryNorm(list(limits), len(shades), extend="both")
     wall.draw_rigid(ax, palette(norm(sheet.MPA * one_of(rigid, component))))
-    shades = [tuple(c) for c in np.asarray(palette.colors)]
     filled: dict[str, Any] = {"levels": limits, "colors": shades, "extend": "both", "zorder": 2}
     if len(bent):
         triangles = np.concatenate((bent_corners[:, [0, 1, 2]], bent_corners[:, [0, 2, 3]]))
@@ -228,15 +234,6 @@ def _draw_along(
     ax.set_xlabel("along the wall (m)")
     ax.set_ylabel(label)
     sheet.grid(ax)
-    return ax
-
-
-def _draw_sections(ds: xr.Dataset, variable: str, ax: Axes | None) -> Axes:
-    """Draw a variable of the footing's sections."""
-    factor, unit = _shown_unit(ds, variable)
-    label = f"{variable.removeprefix('section_').replace('_', ' ')}{unit}"
-    ax = _draw_along(ds, ax, ds["section_x"].values, ds[variable].values * factor, label)
-    sheet.set_title(ax, sheet.title_of(ds, "wall"), str(ds[variable].attrs.get("long_name", "")))
     return ax
 
 

@@ -23,6 +23,9 @@ from damagepred.uq.intensity import movement_measure, movement_words
 NOT_KNOWN = -1
 """In place of a category where the wall was not followed as far."""
 
+BEYOND = 1e300
+"""In place of an infinite width, to interpolate."""
+
 FEWEST = 0.8
 """Share of the walls that must count for quantiles over them to be drawn."""
 
@@ -137,11 +140,8 @@ def quantile(width: FloatArray, share: float, weight: FloatArray | None = None) 
         # a wall's place is the weight before it and half of its own, from 0 for the first to 1 for the last
         place = np.cumsum(w) - 0.5 * w
         place = (place - place[0]) / (place[-1] - place[0]) if place[-1] > place[0] else np.zeros(len(place))
-        above = min(int(np.searchsorted(place, share * (1 - 1e-12))), len(place) - 1)
-        if np.isfinite(values[above]):
-            below = max(above - 1, 0)
-            result[column] = np.interp(share, place[below : above + 1], values[below : above + 1])
-    return result
+        result[column] = np.interp(share * (1 - 1e-12), place, np.minimum(values, BEYOND))
+    return np.where(result < 1e-100 * BEYOND, result, np.nan)
 
 
 @checked

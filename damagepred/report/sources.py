@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Collection
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 from damagepred.errors import InputError
@@ -50,7 +50,7 @@ def source_of_value(
         if given is not None:
             name = f"{GIVEN}, the value of {name}" if f"{table}.{key}" in given else f"{DEFAULT}, {name}"
         return Source(name, shipped["confidence"])
-    defaults = _defaults().get(table, {})
+    defaults = Scene().to_dict().get(table, {}) if given is None else {}
     was_given = not (key in defaults and _same(value, defaults[key])) if given is None else f"{table}.{key}" in given
     if was_given:
         return Source(GIVEN)
@@ -69,18 +69,12 @@ def sources_of_variable(place: str, variable: Variable) -> list[Source]:
     for what, keys in (("mean", ("mean",)), ("cov", ("cov", "lower"))):
         if (key := next((key for key in keys if key in shipped), None)) is None:
             continue
-        if _is_shipped(getattr(variable, key, None), "1" if key == "cov" else Scene.unit_of(place), shipped[key]):
-            sources.append(Source(f"{what}: {shipped[f'{what}_source']}", shipped[f"{what}_confidence"]))
-        else:
-            sources.append(Source(f"{what}: {GIVEN}"))
+        source, value = Source(f"{what}: {GIVEN}"), getattr(variable, key, None)
+        with contextlib.suppress(ValueError, InputError):  # of a text that is no number with this unit
+            if value is not None and _same(to_si(value, "1" if key == "cov" else Scene.unit_of(place)), shipped[key]):
+                source = Source(f"{what}: {shipped[f'{what}_source']}", shipped[f"{what}_confidence"])
+        sources.append(source)
     return sources or [Source(GIVEN)]
-
-
-def _is_shipped(value: Any, unit: str, shipped: float) -> bool:
-    try:
-        return value is not None and _same(to_si(value, unit), shipped)
-    except (ValueError, InputError):
-        return False
 
 
 def field_source(place: str, correlation: float) -> Source:
@@ -95,8 +89,3 @@ def _same(a: Any, b: Any) -> bool:
     if isinstance(a, int | float) and isinstance(b, int | float) and not isinstance(a, bool):
         return math.isclose(a, b, rel_tol=1e-9, abs_tol=0.0)
     return bool(a == b)
-
-
-@lru_cache(maxsize=1)
-def _defaults() -> dict[str, Any]:
-    return Scene().to_dict()

@@ -238,9 +238,7 @@ def wall_drawing(
 
 def _path_table(ds: xr.Dataset) -> Table:
     """Table of the path, one row per increment, at most ``MOST_ROWS``."""
-    columns, count = path_columns(ds), ds.sizes["increment"]
-    if count <= MOST_ROWS:
-        return Table.of("The wall's path", columns)
-    rows = np.unique(np.linspace(0, count - 1, MOST_ROWS).round().astype(int))
-    columns = [replace(column, cells=[column.cells[i] for i in rows]) for column in columns]
-    return Table.of("The wall's path", columns, f"{len(rows)} of {count} increments.")
+    count = ds.sizes["increment"]
+    rows = np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int))
+    columns = [replace(column, cells=[column.cells[i] for i in rows]) for column in path_columns(ds)]
+    return Table.of("The wall's path", columns, f"{len(rows)} of {count} increments." if len(rows) < count else "")

@@ -135,7 +135,15 @@ def judge_again(
         _judge_wall(judged, rules)
     if is_house(ds):
         alike: dict[str, Any] = {"table": table, "plasterboard": plasterboard, **given}
-        _put_walls(judged, [judge_again(wall_dataset(ds, name), **alike) for name in wall_names(ds)])
+        # the results of each wall; a house with its contacts then has the largest of all walls
+        parts = [judge_again(wall_dataset(ds, name), **alike) for name in wall_names(ds)]
+        results = [{name: part[name].values for name in BY_WALL if name in part} for part in parts]
+        for name, value in of_all_walls(results).items():
+            if name.startswith("wall_") or "contact" in ds.dims:
+                short, variable = name.removeprefix("wall_"), VARIABLES[name]
+                attributes = next((part[short].attrs for part in parts if short in part), variable.attributes())
+                dims = ("sample", *variable.dims) if "sample" in ds.dims else variable.dims
+                judged[name] = (dims, value, attributes | {"long_name": variable.long_name})
     name_categories(judged, rules.table.category_names, f"{rules.table.name}; {rules.table.source}")
     notes += _levels(judged)
     judged.attrs["damage_table"] = rules.table.name
@@ -144,17 +152,6 @@ def judge_again(
     judged.attrs["count_footing_gap"] = int(rules.count_footing_gap)
     judged.attrs["judgement"] = "; ".join([f"judged again by {rules.table.name}", *notes])
     return judged
-
-
-def _put_walls(ds: xr.Dataset, parts: list[xr.Dataset]) -> None:
-    """Set the results of each wall of a house; a house with its contacts then has the largest of all walls."""
-    results = [{name: part[name].values for name in BY_WALL if name in part} for part in parts]
-    for name, value in of_all_walls(results).items():
-        if name.startswith("wall_") or "contact" in ds.dims:
-            short, variable = name.removeprefix("wall_"), VARIABLES[name]
-            attributes = next((part[short].attrs for part in parts if short in part), variable.attributes())
-            dims = ("sample", *variable.dims) if "sample" in ds.dims else variable.dims
-            ds[name] = (dims, value, attributes | {"long_name": variable.long_name})
 
 
 def archived_rules(ds: xr.Dataset) -> Rules:
@@ -331,7 +328,12 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
     rows = was.sizes["sample"] if many else 1
     old = was.values.reshape(rows, -1)
     width = _widths(ds, prefix, by_band, rules).reshape(old.shape)
-    group = None if rules.table.measures else _group(ds, prefix, rules, old.shape)
+    group, name_of_groups = None, f"{prefix}crack_group_width"  # width of the widest group that counts
+    if not rules.count_rule:
+        group = np.zeros((rows, 1))
+    elif name_of_groups in ds:
+        position = int(np.flatnonzero(ds["group_count"].values == rules.group_count)[0])
+        group = np.asarray(ds[name_of_groups].values[..., position]).reshape(old.shape)
     stored: dict[str, FloatArray] = {}
     if rules.table.measures:  # values that own states need; widths with the gap under the footing if it counts
         stored = _stored(before, prefix, STATE_TAKES)
@@ -375,17 +377,6 @@ def _widths(ds: xr.Dataset, prefix: str, by_band: bool, rules: Rules) -> FloatAr
     others = (f"{prefix}{name}" for name in ("crack_band_width_max", "footing_opening_max"))
     band, gap = (np.asarray(ds[name].values) if name in ds else joint for name in others)
     return np.asarray(rules.widths(joint, band, gap, has_dpc=has_dpc(ds))[by_band], dtype=np.float64)
-
-
-def _group(ds: xr.Dataset, prefix: str, rules: Rules, shape: tuple[int, ...]) -> FloatArray | None:
-    """Width of the widest group that counts, of the shape of the categories, or None."""
-    if not rules.count_rule:
-        return np.zeros(shape[:1] + (1,) * (len(shape) - 1))
-    name = f"{prefix}crack_group_width"
-    if name not in ds:
-        return None
-    position = int(np.flatnonzero(ds["group_count"].values == rules.group_count)[0])
-    return np.asarray(ds[name].values[..., position]).reshape(shape)
 
 
 def _collapsed(wall: xr.Dataset) -> bool:
