@@ -361,7 +361,9 @@ class Growth:
         slip, cracked = np.ravel(slip), np.ravel(cracked)
         is_open = opening > self.hairline
         slid = np.abs(slip) > self.hairline
-        self._begin(increment, opening, cracked | slid | (is_open & self._in_part[DPC_OPENING]))
+        new = (cracked | slid | (is_open & self._in_part[DPC_OPENING])) & (self._first < 0)
+        self._first[new] = increment
+        self._first_gap[new] = opening[new]
         joint = (is_open & cracked) | slid
         members = (joint, joint, is_open, slid & ~is_open)
         numbered = []
@@ -370,11 +372,6 @@ class Growth:
             cracks = trace(self.pieces, opening, slip, in_part & member, through)
             numbered += [Numbered(n, part, c, *self._origin(c)) for n, c in self._numbered(part, cracks)]
         return sorted(numbered, key=lambda crack: crack.number)
-
-    def _begin(self, increment: int, opening: FloatArray, broken: BoolArray) -> None:
-        new = broken & (self._first < 0)
-        self._first[new] = increment
-        self._first_gap[new] = opening[new]
 
     def _origin(self, crack: Crack) -> tuple[int, int]:
         """Increment and piece in which a crack began; of several pieces the widest one then."""

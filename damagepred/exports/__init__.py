@@ -1,11 +1,9 @@
 """Exports of fragility curves and studies: files and tables for other programs."""
 
-from damagepred.exports.files import FORMATS, export_curves
-from damagepred.exports.files import export_place as export_place
-from damagepred.exports.files import write_csv as write_csv
 from damagepred.exports.frames import curves_frame, frame, parameters_frame, to_arviz, walls_frame
-from damagepred.exports.openquake import openquake_xml
-from damagepred.exports.pelicun import pelicun_config, pelicun_frame
+from damagepred.exports.programs import FORMATS, export_curves, openquake_xml, pelicun_config, pelicun_frame
+from damagepred.exports.programs import export_place as export_place
+from damagepred.exports.programs import write_csv as write_csv
 
 __all__ = [
     "FORMATS",

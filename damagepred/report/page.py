@@ -12,16 +12,6 @@ from damagepred.report.parts import Drawing, Page
 _CODE = re.compile(r"`([^`]+)`")
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:mm|m|kN|N|GPa|MPa|kPa|Pa|s|min|h|%)\b)")
 
-_FADE = """\
-"use strict";
-// parts that are wider than the screen fade out at the edge beyond which they go on
-for (const part of document.querySelectorAll(".scroll")) {
-  const fade = () => part.classList.toggle("more", part.scrollLeft + part.clientWidth < part.scrollWidth - 2);
-  part.addEventListener("scroll", fade, { passive: true });
-  new ResizeObserver(fade).observe(part);
-}
-"""
-
 
 def page_html(page: Page) -> str:
     """Report as one page of HTML, with styles, drawings and script inside.
@@ -33,7 +23,10 @@ def page_html(page: Page) -> str:
     True
     """
     parts = [*page.first, *(part for section in page.sections for part in section.parts)]
-    script = [_FADE, _file("explorer.js") if any(isinstance(part, Drawing) and part.walls for part in parts) else ""]
+    script = [
+        _file("fade.js"),
+        _file("explorer.js") if any(isinstance(part, Drawing) and part.walls for part in parts) else "",
+    ]
     return str(_template().render(page=page, style=_file("page.css"), script="".join(script))).lstrip()
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 from damagepred.archive.schema import dataset, flag_name, read_variables
 from damagepred.damage import HAIRLINE, Growth, JointMap, Numbered
-from damagepred.damage.tracing import ORIENTATIONS, PARTS, Links, links_of
+from damagepred.damage.tracing import ORIENTATIONS, PARTS, links_of
 from damagepred.enumerations import ContactKind, ContactState, ZoneState, flag_meanings
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
@@ -117,17 +117,13 @@ class WallCracks:
 
     def _step(self, increment: int) -> list[Numbered]:
         opening, slip, state = (self.ds[f"contact_{name}"].values[increment] for name in ("opening", "slip", "state"))
-        cracked = state == ContactState.CRACKED
-        return self.growth.step(increment, opening, slip, cracked, self._links(increment, opening, slip, cracked))
-
-    def _links(self, increment: int, opening: Any, slip: Any, cracked: Any) -> Links | None:
-        if "zone_state" not in self.ds:
-            return None
-        x, y, zones = (self.ds[name].values for name in ("gridpoint_x", "gridpoint_y", "zone_gridpoint"))
-        hairline = self.growth.hairline
-        part = (cracked & (opening > hairline)) | (np.abs(slip) > hairline)
-        yielded = self.ds["zone_state"].values[increment] != ZoneState.ELASTIC
-        return links_of(self.growth.pieces, part, x, y, zones, yielded)
+        cracked, hairline, links = state == ContactState.CRACKED, self.growth.hairline, None
+        if "zone_state" in self.ds:
+            x, y, zones = (self.ds[name].values for name in ("gridpoint_x", "gridpoint_y", "zone_gridpoint"))
+            part = (cracked & (opening > hairline)) | (np.abs(slip) > hairline)
+            yielded = self.ds["zone_state"].values[increment] != ZoneState.ELASTIC
+            links = links_of(self.growth.pieces, part, x, y, zones, yielded)
+        return self.growth.step(increment, opening, slip, cracked, links)
 
     @cached_property
     def _first(self) -> dict[int, Numbered]:
