@@ -31,11 +31,9 @@ class SightLines(NamedTuple):
     height: FloatArray  # (p,): difference of their heights (m)
 
     @classmethod
-    def of_blocks(
-        cls, x: FloatArray, y: FloatArray, course: IntArray, dpc_level: float = -np.inf, gauge: float | None = None
-    ) -> SightLines:
+    def of_blocks(cls, x: FloatArray, y: FloatArray, course: IntArray, dpc_level: float = -np.inf) -> SightLines:
         """Pairs by centroids (m) and courses; blocks without a course (-1), as the footing's, are left out."""
-        gauge = deviation_limits().gauge if gauge is None else gauge
+        gauge = deviation_limits().gauge
         numbers = np.unique(course[course >= 0])
         courses = [row[np.argsort(x[row])] for row in (np.flatnonzero(course == number) for number in numbers)]
         along = [_along(x, row, gauge) for row in courses]

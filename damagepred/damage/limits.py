@@ -13,13 +13,14 @@ from numpy.typing import ArrayLike
 from damagepred.arrays import FloatArray, Int8Array
 from damagepred.inputs.data_files import data_tables
 
+ROUNDING = 1e-9
+"""Relative rounding of values at a limit (1)."""
 
-def level_of(
-    values: ArrayLike, limits: Sequence[float], *, limit_is_below: bool = False, tolerance: float = 1e-9
-) -> Int8Array:
+
+def level_of(values: ArrayLike, limits: Sequence[float], *, limit_is_below: bool = False) -> Int8Array:
     """Number of limits (ascending) that each value has reached, element by element; -1 where it is NaN."""
     given = np.asarray(values, dtype=np.float64)
-    bounds = np.asarray(limits, dtype=np.float64) * (1.0 + tolerance if limit_is_below else 1.0 - tolerance)
+    bounds = np.asarray(limits, dtype=np.float64) * (1.0 + ROUNDING if limit_is_below else 1.0 - ROUNDING)
     level = np.searchsorted(bounds, given, side="left" if limit_is_below else "right")
     return np.where(np.isnan(given), -1, level).astype(np.int8)
 

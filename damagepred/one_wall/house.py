@@ -35,15 +35,15 @@ def follow_house(model: HouseModel, solver: Solver, damage: Damage, increments: 
 
 
 def follow_scene(
-    scene: Scene, fields: Mapping[str, FloatArray] | None, increments: int, damage: Damage | None = None
+    scene: Scene, fields: Mapping[str, FloatArray] | None, increments: int
 ) -> Iterator[tuple[Model, Step]]:
     """Solve the static path of a wall or house; yield each increment, with the model."""
     if not isinstance(scene, House):
-        yield from follow_wall(scene, fields, increments, damage)
+        yield from follow_wall(scene, fields, increments)
         return
     model = model_of(scene, fields)
     assert isinstance(model, HouseModel)
-    for step in follow_house(model, scene.solver, damage or scene.damage, increments):
+    for step in follow_house(model, scene.solver, scene.damage, increments):
         yield model, step
 
 

@@ -100,22 +100,19 @@ def judged(places: Gauges, increment: Increment, rules: Rules) -> Step:
     return Step(increment, verdict)
 
 
-def follow_wall(
-    scene: Scene, fields: Mapping[str, FloatArray] | None, increments: int, damage: Damage | None = None
-) -> Iterator[tuple[Model, Step]]:
+def follow_wall(scene: Scene, fields: Mapping[str, FloatArray] | None, increments: int) -> Iterator[tuple[Model, Step]]:
     """Solve the static path of a scene; yield each increment, with the model; again from 0 once a brick may break."""
-    judged = damage or scene.damage
     if bricks_break(scene) and scene.solver.brick_cracks == "reached":
         model = model_of(replace(scene, solver=replace(scene.solver, brick_cracks="none")), fields)
         watch = BrickWatch.of(scene, model)
-        for step in follow(model, scene.solver, judged, increments):
+        for step in follow(model, scene.solver, scene.damage, increments):
             if watch.near(model, step.increment.normal_stress, step.increment.shear_stress):
                 break
             yield model, step
         else:
             return
     model = model_of(scene, fields)
-    for step in follow(model, scene.solver, judged, increments):
+    for step in follow(model, scene.solver, scene.damage, increments):
         yield model, step
 
 

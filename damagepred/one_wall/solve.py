@@ -138,7 +138,7 @@ def solve(
         steps: list[Step] = []
         status, message = PathStatus.COMPLETE, None
         if isinstance(scene, Scene) and bricks_break(described):
-            path = follow_wall(described, fields, count, judged)
+            path = follow_wall(described, fields, count)
         elif isinstance(model, HouseModel):
             path = ((model, step) for step in follow_house(model, settings, judged, count))
         else:

@@ -20,7 +20,7 @@ from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
 from damagepred.plotting import colours, geometry, sheet
-from damagepred.plotting.deformed import Deformed
+from damagepred.plotting.geometry import Deformed
 from damagepred.plotting.stress import STRESSES, check_stress, elastic_stress, one_of, stress_levels, stresses
 from damagepred.plotting.study import draw_paths
 from damagepred.uq.intensity import movement_measure, movement_words

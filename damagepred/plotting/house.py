@@ -15,8 +15,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.plotting import sheet
 from damagepred.plotting.colours import BRICK_COLOURS, BRICK_EDGE, CATEGORY_COLOURS, FOOTING_COLOUR, name_of, table_of
-from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import Faces, polygons
+from damagepred.plotting.geometry import Deformed, Faces, polygons
 from damagepred.plotting.sheet import MM, small
 from damagepred.results.house import house_of, unfolded, unfolded_places
 from damagepred.scene import House

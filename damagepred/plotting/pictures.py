@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 
 from damagepred.archive.files import PICTURES, check_output, write_whole
 from damagepred.archive.schema import is_dynamic
-from damagepred.arrays import FloatArray
 from damagepred.inputs.arguments import checked
 from damagepred.plotting import sheet
 from damagepred.plotting.analyses import (
@@ -26,9 +25,9 @@ from damagepred.plotting.analyses import (
     draw_sensitivity,
 )
 from damagepred.plotting.cracks import draw_cracks
-from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.field import draw
 from damagepred.plotting.fragility import draw_fragility
+from damagepred.plotting.geometry import Deformed
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.house import draw_axonometric, draw_plan, draw_unfolded
 from damagepred.plotting.scene import draw_scene
@@ -115,14 +114,14 @@ def half_way(ds: xr.Dataset) -> int:
     return int(np.argmax(progress >= 0.5 * progress[-1] - 1e-9))
 
 
-def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]], levels: FloatArray | None = None) -> Figure:
+def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]]) -> Figure:
     """Stresses at positions of increments one below the other, each with the same colours at all of them."""
     walls = [Deformed.of(ds, increment, None) for _, increment in panels]
     figure = sheet.new_figure(10.0, sum(wall.sheet_height(2.2) for wall in walls))
     figure.set_layout_engine("constrained", w_pad=0.12)  # drawings to scale are shifted in their places
     for ax, (name, increment) in zip(np.atleast_1d(figure.subplots(len(panels), 1)), panels):
-        alike = stress_levels(ds, name, [i for n, i in panels if n == name]) if levels is None else levels
-        draw(ds, name, ax, increment=increment, exaggeration=walls[-1].factor, levels=alike)
+        levels = stress_levels(ds, name, [i for n, i in panels if n == name])
+        draw(ds, name, ax, increment=increment, exaggeration=walls[-1].factor, levels=levels)
     return figure
 
 

@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 
 from damagepred.arrays import FloatArray
 from damagepred.plotting import colours
-from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import footing_rise, soil_surface
+from damagepred.plotting.geometry import Deformed, footing_rise, soil_surface
 from damagepred.plotting.sheet import KN, add_lines, add_shapes, plain_number, small
 from damagepred.scene import Load, Scene
 from damagepred.scene.loading import strip_of

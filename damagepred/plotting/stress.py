@@ -12,8 +12,7 @@ from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.joints import JointMap
 from damagepred.errors import InputError
-from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import corners, polygons
+from damagepred.plotting.geometry import Deformed, corners, polygons
 from damagepred.plotting.sheet import MPA, require
 from damagepred.scene.scene import archived_scene
 

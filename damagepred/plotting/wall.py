@@ -20,8 +20,7 @@ from damagepred.enumerations import ContactKind, PathStatus
 from damagepred.inputs.arguments import checked
 from damagepred.plotting import colours, sheet
 from damagepred.plotting.colours import name_of, table_of
-from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import Faces, ground_profile, settlement
+from damagepred.plotting.geometry import Deformed, Faces, ground_profile, settlement
 from damagepred.plotting.rig import draw_footing_blocks, draw_rig, draw_soil, draw_test
 from damagepred.scene.scene import archived_scene
 

@@ -21,8 +21,7 @@ from damagepred.enumerations import ContactKind
 from damagepred.formatting import length
 from damagepred.plotting import colours
 from damagepred.plotting.colours import table_of
-from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import Faces, Motion, ground_profile
+from damagepred.plotting.geometry import Deformed, Faces, Motion, ground_profile
 from damagepred.plotting.sheet import MM, moved_to
 from damagepred.uq.fragility import movement_measure
 

@@ -7,8 +7,7 @@ from matplotlib.collections import PolyCollection
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.plotting import draw, draw_wall
-from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import footing_blocks, footing_rise, ground_profile
+from damagepred.plotting.geometry import Deformed, footing_blocks, footing_rise, ground_profile
 from damagepred.plotting.sheet import plain_number
 from damagepred.scene import Footing, Mound
 

@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 import damagepred
 from damagepred.errors import InputError
 from damagepred.plotting import draw
-from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import Zones
+from damagepred.plotting.geometry import Deformed, Zones
 from damagepred.plotting.sheet import moved_to
 from damagepred.plotting.stress import STRESSES, bending_stress, block_stress, one_of, stress_levels, zone_stress
 

@@ -10,7 +10,7 @@ from PIL import Image
 import damagepred
 from damagepred.plotting import save_animation, save_wall_pictures
 from damagepred.plotting.colours import CATEGORY_COLOURS
-from damagepred.plotting.deformed import Deformed
+from damagepred.plotting.geometry import Deformed
 from damagepred.plotting.house import _lean, draw_axonometric, draw_plan, draw_unfolded
 from damagepred.results.house import house_of, unfolded, unfolded_places
 from damagepred.scene import Scene
