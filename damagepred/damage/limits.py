@@ -129,8 +129,8 @@ class Scale(NamedTuple):
 def load_scale(name: str) -> Scale:
     """Scale by the name of its file, such as ``"psi"`` or ``"tilt"``."""
     content = data_tables("damage", f"{name}.toml")
-    text = {key: " ".join(content[key].split()) for key in ("name", "source", "confidence", "measure")}
-    return Scale(**text, limits=tuple(content["limits"]))
+    text = (" ".join(content[key].split()) for key in ("name", "source", "confidence", "measure"))
+    return Scale(*text, tuple(content["limits"]))
 
 
 @lru_cache(maxsize=1)

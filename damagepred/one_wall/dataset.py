@@ -226,7 +226,8 @@ def collect(
 ) -> xr.Dataset:
     """Dataset of a path: blocks, contacts, increments and attributes; the size of openings is of a scene alone."""
     blocks, face, joints = model.blocks, model.interfaces, gauges(model).joints
-    holes, rules = openings or [None] * len(model.jambs.block), Rules.from_settings(**asdict(damage))
+    holes: Sequence[Opening | None] = openings or [None] * len(model.jambs.block)
+    rules = Rules.from_settings(**asdict(damage))
     sides = {"left": "x", "sill": "y", "width": "width", "height": "height"} if holes else {}
 
     def at_contacts(name: str) -> NDArray:

@@ -34,6 +34,7 @@ LEVELS, LINES = np.linspace(0.0, 1.0, 11), (0.1, 0.5, 0.9)
 """Limits of the bands of colour of a surface, and probabilities with a line."""
 
 _POINTS: dict[str, Any] = {"marker": "o", "linestyle": "none", "markersize": 4}
+_PALE: dict[str, Any] = {"alpha": 0.7, "zorder": 3}
 _SECOND = {"Pa": (1e-6, "MPa"), "m": (1.0, "m"), "Pa m-1": (1e-9, "GPa/m"), "Pa/m": (1e-9, "GPa/m"), "1": (1.0, "")}
 _CURVES = ("probability", "probability_lower", "probability_upper", "median", "dispersion", "fit_status", "intensity")
 _SURFACE = ("probability", "median", "median_lower", "median_upper", "second", "intensity")
@@ -86,7 +87,7 @@ def draw_fragility(
         style = CURVE_STYLES[number % len(CURVE_STYLES)]
         status = str(curve["fit_status"].item())
         if "empirical" in curve and status != EMPIRICAL:  # shares of walls
-            share, pale = curve["empirical"].values, {"color": colour, "alpha": 0.7, "zorder": 3}
+            share, pale = curve["empirical"].values, {**_PALE, "color": colour}
             if "movements" in curves.attrs:  # all walls have the same increments
                 ax.plot(curves.attrs["movements"] * scale, share[_at_increments(curves)], **pale, **_POINTS)
             else:
