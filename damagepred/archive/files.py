@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.checks import check_attributes, check_values
 from damagepred.archive.digest import NO_STUDY, SINCE, check_study, sign, signature
-from damagepred.archive.schema import VARIABLES
+from damagepred.archive.schema import VARIABLES, check_attributes, check_values
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError
 

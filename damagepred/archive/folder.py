@@ -31,12 +31,18 @@ import filelock
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.checks import check_attributes
 from damagepred.archive.digest import read_signed_json, signed, signed_json, study_hash, verified
 from damagepred.archive.files import check_output, read_dataset, write_dataset, write_text, write_whole
 from damagepred.archive.parts import Column, Columns, columns_of, read_part
 from damagepred.archive.provenance import Environment, as_table, from_table, provenance
-from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, dataset, with_shared_movement
+from damagepred.archive.schema import (
+    FLAG_FILL,
+    SCHEMA_VERSION,
+    VARIABLES,
+    check_attributes,
+    dataset,
+    with_shared_movement,
+)
 from damagepred.enumerations import UNSOLVED, FailureKind, SampleStatus
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, NewerError, StudyError
 from damagepred.inputs.arguments import checked

@@ -15,10 +15,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damagepred.archive.checks import check_values
 from damagepred.archive.digest import NO_STUDY, check_study, signed, verified
 from damagepred.archive.files import READER_ERRORS, read_dataset, write_whole
-from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES
+from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES, check_values
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import DamagedError, InputError
 from damagepred.inputs.input_files import LARGEST_TABLE, read_bytes

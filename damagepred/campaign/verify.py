@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.checks import check_values
 from damagepred.archive.digest import read_signed_json, signature, study_hash
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
+from damagepred.archive.schema import check_values
 from damagepred.campaign.campaign import Campaign
 from damagepred.campaign.replay import BIT_FOR_BIT, replay
 from damagepred.campaign.settings import read_frozen

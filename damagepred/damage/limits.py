@@ -129,8 +129,9 @@ class Scale(NamedTuple):
 def load_scale(name: str) -> Scale:
     """Scale by the name of its file, such as ``"psi"`` or ``"tilt"``."""
     content = data_tables("damage", f"{name}.toml")
-    text = (" ".join(content[key].split()) for key in ("name", "source", "confidence", "measure"))
-    return Scale(*text, tuple(content["limits"]))
+    keys = ("name", "source", "confidence", "measure")
+    name, source, confidence, measure = (" ".join(content[key].split()) for key in keys)
+    return Scale(name, source, confidence, measure, tuple(content["limits"]))
 
 
 @lru_cache(maxsize=1)

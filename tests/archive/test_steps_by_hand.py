@@ -11,11 +11,18 @@ import pytest
 import xarray as xr
 
 from damagepred.archive import provenance
-from damagepred.archive.checks import check_attributes, check_values
 from damagepred.archive.digest import NO_STUDY, read_signed_json, sign, signature, signed, signed_json, verified
 from damagepred.archive.parts import _storable
 from damagepred.archive.provenance import differences, from_table, given_values, mixture, program, programs
-from damagepred.archive.schema import SCHEMA_VERSION, category_label, flag_name, is_dynamic, with_shared_movement
+from damagepred.archive.schema import (
+    SCHEMA_VERSION,
+    category_label,
+    check_attributes,
+    check_values,
+    flag_name,
+    is_dynamic,
+    with_shared_movement,
+)
 from damagepred.archive.versions import brought_up_to_date, from_0, from_1
 from damagepred.errors import DamagedError, InputError, NewerError
 
