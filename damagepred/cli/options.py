@@ -16,8 +16,6 @@ from damagepred.cli import terminal
 from damagepred.enumerations import PathStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     import pandas as pd
     import xarray as xr
 
@@ -197,22 +195,16 @@ def open_result(path: Path) -> xr.Dataset:
     return dp.open_study(path) if path.is_dir() else read_dataset(path)
 
 
-def say_pictures(files: Iterable[Path]) -> None:
-    """Name the pictures that were drawn."""
+def say_files(verb: str, *files: Path) -> None:
+    """Name the files that were written or drawn."""
     for file in files:
-        terminal.note(f"drew {file}")
-
-
-def say_written(*files: Path) -> None:
-    """Name the files that were written."""
-    for file in files:
-        terminal.note(f"wrote {file}")
+        terminal.note(f"{verb} {file}")
 
 
 def keep_table(frame: pd.DataFrame, file: Path, index: bool = True) -> None:
     """Write a table as CSV."""
     dp.exports.write_csv(frame, file, index=index)
-    say_written(file)
+    say_files("wrote", file)
 
 
 def keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None = None) -> None:
@@ -221,10 +213,10 @@ def keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None = None) -> 
 
     if output is not None:
         write_dataset(ds, output)
-        say_written(output)
+        say_files("wrote", output)
     if plot is not None:
         with terminal.doing("drawing the result"):
-            say_pictures(dp.plotting.save_wall_pictures(ds, plot))
+            say_files("drew", *dp.plotting.save_wall_pictures(ds, plot))
 
 
 def keep_curves(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None:
@@ -234,7 +226,7 @@ def keep_curves(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None:
     keep_wall(ds.assign_attrs(schema_version=SCHEMA_VERSION), output)
     if plot is not None:
         with terminal.doing("drawing"):
-            say_pictures([dp.plotting.save_fragility_picture(ds, plot)])
+            say_files("drew", dp.plotting.save_fragility_picture(ds, plot))
 
 
 def exit_code(ds: xr.Dataset) -> int:

@@ -182,7 +182,7 @@ def fragility(
 
             opt.keep_table(year_frame(study, confidence), csv.with_stem(f"{csv.stem}_years"))
     if export is not None:
-        opt.say_written(*dp.exports.export_curves(curves, export, output or folder, extrapolated=extrapolated))
+        opt.say_files("wrote", *dp.exports.export_curves(curves, export, output or folder, extrapolated=extrapolated))
     terminal.answer(curves, tables.fragility_table)
     if intensity == "time" and not terminal.FORM.json:
         tables.year_table(study, confidence)
@@ -215,7 +215,7 @@ def export(
     if form == "curves":
         opt.keep_table(dp.curves_frame(curves), place)
     else:
-        opt.say_written(*dp.exports.export_curves(curves, form, output or path, wanted, extrapolated))
+        opt.say_files("wrote", *dp.exports.export_curves(curves, form, output or path, wanted, extrapolated))
 
 
 @opt.command("sensitivity", "json", "full", "quiet")
@@ -261,9 +261,9 @@ def plot(
             raise InputError(
                 f"--gif {gif}: goes with one wall; `damagepred replay {path} SAMPLE -o wall.nc` solves one."
             )
-        opt.say_pictures([dp.plotting.save_animation(ds, gif)])
+        opt.say_files("drew", dp.plotting.save_animation(ds, gif))
     elif path.is_dir() or "sample" in ds.sizes:  # a study, or one judged again
-        opt.say_pictures(dp.plotting.save_study_pictures(ds, output))
+        opt.say_files("drew", *dp.plotting.save_study_pictures(ds, output))
     elif "contact_opening" not in ds:
         raise InputError(f"{path}: is not the result of solve or replay (it has no contact_opening).")
     else:
@@ -321,4 +321,4 @@ def report(
             measures=measures or [],
             on_step=bar.step,
         )
-    opt.say_written(place)
+    opt.say_files("wrote", place)

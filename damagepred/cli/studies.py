@@ -239,7 +239,7 @@ def portfolio_command(
         )
     if table is not None:
         write_portfolio(street, table, crs)
-        opt.say_written(table)
+        opt.say_files("wrote", table)
     opt.keep_curves(street, output, plot)
     terminal.answer(street, tables.portfolio)
     if street["failed"].any():

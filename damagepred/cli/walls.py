@@ -42,11 +42,7 @@ def new(
 
 
 @opt.command("check", "json", "full", "quiet")
-def check(
-    file: opt.SceneOrStudyFile,
-    plot: opt.PictureOrFolder = None,
-    yes: opt.Yes = False,
-) -> None:
+def check(file: opt.SceneOrStudyFile, plot: opt.PictureOrFolder = None, yes: opt.Yes = False) -> None:
     """Validate and draw a file, solve one wall of it and estimate the cost of the whole run."""
     from damagepred.campaign.cost_estimate import estimate_cost
     from damagepred.cli.sentences import cost_lines

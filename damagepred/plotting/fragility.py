@@ -251,7 +251,7 @@ def _draw_surface(surface: xr.Dataset, ax: Axes | None) -> Axes:
     x, y = scale * surface["intensity"].values, factor * surface["second"].values
     name = sheet.verbatim(str(surface.attrs["category_name"]).replace("_", " "))
     category = f"category {int(surface.attrs['category'])} ({name})"
-    second = str(surface.attrs["second_variable"]).replace("_", " ").replace(".", ", ")
+    second, said = str(surface.attrs["second_variable"]).replace("_", " ").replace(".", ", "), ""
     if str(surface["fit_status"].item()) not in WITH_CURVE:
         ax.set_xticks([])
         ax.set_yticks([])
@@ -277,20 +277,16 @@ def _draw_surface(surface: xr.Dataset, ax: Axes | None) -> Axes:
         label_intensity(ax, surface, in_metres)
         ax.set_ylabel(f"{second} ({unit})" if unit else second)
         sheet.legend_below(ax, handles, 3, 0.6, left=True)
+        slope, low, high = (float(surface[f"slope{end}"]) for end in ("", "_lower", "_upper"))
+        band = f" ({low:.2f} to {high:.2f})" if np.isfinite(low) else ""
+        by_power, by_unit = (
+            f"median goes with its power {slope:.2f}{band}",
+            f"ln(median) changes by {slope:.3g} per unit",
+        )
+        said = f"; {by_power if surface.attrs.get('scale') == 'log' else by_unit}; dispersion "
+        said += f"{float(surface['dispersion']):.2f}, {float(surface['dispersion_alone']):.2f} without it"
     title = sheet.title_of(surface, "fragility surface")
     failed = int(surface.attrs.get("samples_failed", 0))
     walls = f"{int(surface.attrs['samples'])} {noun(surface)}s" + (f", {failed} of them failed" if failed else "")
-    sheet.set_title(ax, title[:1].upper() + title[1:], f"{category} or worse; {walls}{_explained(surface)}")
+    sheet.set_title(ax, title[:1].upper() + title[1:], f"{category} or worse; {walls}{said}")
     return ax
-
-
-def _explained(surface: xr.Dataset) -> str:
-    """Slope of the median with the second variable, and the remaining dispersion, in words."""
-    if str(surface["fit_status"].item()) not in WITH_CURVE:
-        return ""
-    slope, low, high = (float(surface[f"slope{end}"]) for end in ("", "_lower", "_upper"))
-    band = f" ({low:.2f} to {high:.2f})" if np.isfinite(low) else ""
-    scatter = f"dispersion {float(surface['dispersion']):.2f}, {float(surface['dispersion_alone']):.2f} without it"
-    if surface.attrs.get("scale") == "log":
-        return f"; median goes with its power {slope:.2f}{band}; {scatter}"
-    return f"; ln(median) changes by {slope:.3g} per unit; {scatter}"

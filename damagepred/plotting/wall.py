@@ -109,7 +109,16 @@ def draw_wall(
     slipped = wall.gaps(faces.pick((joints.is_masonry | joints.is_dpc) & (faces.slip > HAIRLINE)))
     if slips and len(slipped):
         sheet.add_lines(ax, _middle(slipped), colors=colours.SLIP_COLOUR, linewidths=2.2, zorder=3.8, label="slips")
-    _finish(ax, wall)
+    sheet.elevation(ax)
+    ax.margins(0.02)
+    ax.autoscale_view()
+    sheet.legend_below(ax, _legend(ds, increment, faces), 2, sheet.BELOW_BAR, left=True)
+    category = int(ds["damage_category"].values[increment])
+    words = f"at {sheet.moved_to(ds, increment)}, damage category {category} ({name_of(ds, category)})"
+    early = "limit" in ds.attrs or ds.attrs.get("status", PathStatus.COMPLETE) != PathStatus.COMPLETE
+    at_end = early and increment in (-1, ds.sizes["increment"] - 1)
+    ending = str(ds.attrs.get("status_message", ds.attrs.get("status"))) if at_end else ""
+    sheet.set_title(ax, sheet.title_of(ds, "wall"), words, wall.scale, ending)
     return ax
 
 
@@ -171,25 +180,6 @@ def _draw_datum(ax: Axes, x: FloatArray, height: FloatArray) -> None:
     """Draw the top of the footing before any movement."""
     if len(x) > 1:
         ax.plot(x[[0, -1]], height[[0, -1]], color="black", linewidth=0.7, linestyle=DATUM, zorder=3)
-
-
-def _finish(ax: Axes, wall: Deformed) -> None:
-    """Write legend, axes and title."""
-    ds, increment = wall.ds, wall.increment
-    sheet.elevation(ax)
-    ax.margins(0.02)
-    ax.autoscale_view()
-    sheet.legend_below(ax, _legend(ds, increment, wall.faces), 2, sheet.BELOW_BAR, left=True)
-    category = int(ds["damage_category"].values[increment])
-    early = "limit" in ds.attrs or ds.attrs.get("status", PathStatus.COMPLETE) != PathStatus.COMPLETE
-    at_end = early and increment in (-1, ds.sizes["increment"] - 1)
-    sheet.set_title(
-        ax,
-        sheet.title_of(ds, "wall"),
-        f"at {sheet.moved_to(ds, increment)}, damage category {category} ({name_of(ds, category)})",
-        wall.scale,
-        str(ds.attrs.get("status_message", ds.attrs.get("status"))) if at_end else "",
-    )
 
 
 def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch]:

@@ -74,7 +74,7 @@ def _wall(ds: xr.Dataset) -> dict[str, Any]:
         "turned": _scaled([one.rotation for one in motions]),
         "gap": _scaled(gap),
         "rise": _scaled([one[2] for one in ground]),
-        "movement": [_movement(ds, i) for i in steps],
+        "movement": (ds["time"] if is_dynamic(ds) else ds[movement_measure(ds)] * MM).values[steps].tolist(),
         "said": [_said(ds, i) for i in steps],
         "labels": json.loads(ds.attrs.get("labels", "[]")),
         "widest": (ds["crack_width_max"].values[steps] * MM).tolist(),
@@ -86,13 +86,6 @@ def _steps(ds: xr.Dataset) -> list[int]:
     followed = np.flatnonzero(np.isfinite(ds["crack_width_max"].values))
     chosen = np.linspace(0, len(followed) - 1, min(len(followed), MOST_SHOWN)).round().astype(int)
     return [int(i) for i in followed[chosen]]
-
-
-def _movement(ds: xr.Dataset, increment: int) -> float:
-    """Value on the axis of a picture of the path: time (s) or movement (mm)."""
-    if is_dynamic(ds):
-        return float(ds["time"].values[increment])
-    return float(ds[movement_measure(ds)].values[increment] * MM)
 
 
 def _said(ds: xr.Dataset, increment: int) -> str:

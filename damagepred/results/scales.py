@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.arrays import FloatArray, Int8Array
-from damagepred.damage import load_movement_limits, load_strain_table, load_table
+from damagepred.damage import deviation_limits, load_movement_limits, load_strain_table, load_table, sticking_limits
 from damagepred.damage.limits import load_scale
 from damagepred.damage.table import TABLES
 from damagepred.enumerations import SampleStatus
@@ -145,13 +145,11 @@ def _by_wall(ds: xr.Dataset) -> Iterator[_Judged]:
             level[collapsed & np.isnan(values)] = len(scale.limits)
             yield _Judged(scale.name, scale.source, scale.confidence, level)
     again = judge_again(ds)
-    for name in ("deviation_level", "opening_sticking"):
+    for name, limits in (("deviation_level", deviation_limits()), ("opening_sticking", sticking_limits())):
         if name in again:
-            title, comment = str(again[name].attrs["comment"]).split("; ", 1)
-            source, confidence = comment.removesuffix(")").rsplit(" (", 1)
             worst = again[name].max("opening") if "opening" in again[name].dims else again[name]
             filled = np.where(collapsed & (worst.values < 0), np.int8(2), worst.values)
-            yield _Judged(title, source, confidence, filled.astype(np.int8))
+            yield _Judged(limits.name, limits.source, limits.confidence, filled.astype(np.int8))
 
 
 def _by_ground(ds: xr.Dataset) -> Iterator[_Judged]:

@@ -13,9 +13,8 @@ from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.formatting import length
 from damagepred.one_wall.solve import solve
 from damagepred.report.caveats import model_caveats, study_caveats
-from damagepred.report.inputs import input_section, place_in_words, unsure
+from damagepred.report.inputs import field_source, input_section, place_in_words, sources_of_variable, unsure
 from damagepred.report.limits import BEYOND, _counted, study_limits
-from damagepred.report.sources import field_source, sources_of_variable
 from damagepred.report.study import study_page, typical_and_worst
 from damagepred.report.wall import wall_page
 from damagepred.results.tables import Table
