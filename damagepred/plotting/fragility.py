@@ -279,11 +279,9 @@ def _draw_surface(surface: xr.Dataset, ax: Axes | None) -> Axes:
         sheet.legend_below(ax, handles, 3, 0.6, left=True)
         slope, low, high = (float(surface[f"slope{end}"]) for end in ("", "_lower", "_upper"))
         band = f" ({low:.2f} to {high:.2f})" if np.isfinite(low) else ""
-        by_power, by_unit = (
-            f"median goes with its power {slope:.2f}{band}",
-            f"ln(median) changes by {slope:.3g} per unit",
-        )
-        said = f"; {by_power if surface.attrs.get('scale') == 'log' else by_unit}; dispersion "
+        said = f"; median goes with its power {slope:.2f}{band}; dispersion "
+        if surface.attrs.get("scale") != "log":
+            said = f"; ln(median) changes by {slope:.3g} per unit; dispersion "
         said += f"{float(surface['dispersion']):.2f}, {float(surface['dispersion_alone']):.2f} without it"
     title = sheet.title_of(surface, "fragility surface")
     failed = int(surface.attrs.get("samples_failed", 0))
