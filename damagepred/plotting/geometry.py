@@ -101,10 +101,7 @@ def footing_blocks(ds: xr.Dataset) -> BoolArray:
 def ground_profile(
     ds: xr.Dataset, increment: int, kind: int = ContactKind.FOOTING_INTERFACE
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Ground under a wall from left to right: place, height and upward displacement, each (g,) in m.
-
-    Underside of the wall less the opening of the footing's interface; of soil the surface without the footing.
-    """
+    """Ground under a wall or footing, left to right: place, height, upward displacement without it, each (g,) (m)."""
     footing = np.flatnonzero(ds["contact_kind"].values == kind)
     if not footing.size:
         return np.empty(0), np.empty(0), np.empty(0)

@@ -19,10 +19,7 @@ _NUMBER = re.compile(r"-?\d+\.\d{3,}")
 
 
 def svg_of(figure: Figure, prefix: str, label: str, along: Axes | None = None) -> str:
-    """Figure as an ``<svg>`` element for a page of HTML, with letters as outlines; all ids begin with the prefix.
-
-    With ``along`` it has the place of these axes as shares of its width, and the scale of their horizontal axis.
-    """
+    """Figure as an ``<svg>`` element for HTML; ids begin with the prefix; ``along``: axes whose place it states."""
     stream = io.BytesIO()
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     with rc_context({"svg.fonttype": "path", "svg.hashsalt": prefix}):

@@ -15,13 +15,7 @@ if TYPE_CHECKING:
 
 @xr.register_dataset_accessor("damagepred")
 class DatasetAccessor:
-    """Methods on the dataset of a study, of curves or of a house.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Result of ``open_study``, ``fit_fragility``, or ``solve`` of a house.
-    """
+    """Methods on the dataset of a study, of curves or of a house."""
 
     def __init__(self, ds: xr.Dataset) -> None:
         self._ds = ds
@@ -58,17 +52,7 @@ class DatasetAccessor:
     def exceedance(
         self, category: int | str, at: float | str | MovementDistribution, *, confidence: float = 0.9
     ) -> Exceedance:
-        """Estimate the probability of a category or a worse one; failed, missing and stopped samples are counted apart.
-
-        Parameters
-        ----------
-        category : int or str
-            Number or name.
-        at : float, str or MovementDistribution
-            Movement; see ``damagepred.exceedance``.
-        confidence : float
-            Confidence of the interval.
-        """
+        """Probability of a category or worse at a movement, see ``damagepred.exceedance``."""
         from damagepred.uq.exceedance import exceedance
 
         return exceedance(self._ds, category, at, confidence=confidence)

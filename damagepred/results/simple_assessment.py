@@ -39,11 +39,9 @@ def simple_category(
     ground_strain: float = 0.0,
     modulus_ratio: float | None = None,
 ) -> SimpleVerdict:
-    """Judge a wall by the limiting tensile strain of a deep beam that follows the ground.
+    """Category by the limiting tensile strain of a deep beam that follows the ground, see ``damage.deep_beam``.
 
-    The methods of Burland and Wroth (1974) and, with a ground strain, Boscardin and Cording (1989); see
-    ``damagepred.damage.deep_beam``. Of the scene they read the wall's length and height, the movement, and of the
-    bricks Poisson's ratio; openings, joints and dpc do not count.
+    Openings, joints and dpc do not count. E/G is by default 2 (1 + nu).
     """
     ratio = _own_ratio(scene) if deflection_ratio is None else deflection_ratio
     wall, nu = scene.wall, scene.block.poisson_ratio
