@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import collections.abc
 import inspect
-import os
 import sys
 import types
 from collections.abc import Callable, Iterable, Mapping, Set
@@ -128,16 +127,11 @@ def _is_dataset(value: Any) -> bool:
     return isinstance(value, xr.Dataset)
 
 
-def _is_whole(value: Any) -> bool:
-    return isinstance(value, Integral) and not isinstance(value, bool) and abs(int(value)) < 2**63
-
-
 _PLAIN: dict[Any, _Kind] = {
-    int: _Kind(_is_whole, "a whole number"),
+    int: _Kind(lambda v: isinstance(v, Integral) and not isinstance(v, bool) and abs(int(v)) < 2**63, "a whole number"),
     float: _Kind(_is_number, "a finite number"),
     bool: _Kind(lambda v: isinstance(v, bool | np.bool_), "True or False"),
     str: _Kind(lambda v: isinstance(v, str), "text"),
-    os.PathLike: _Kind(lambda v: isinstance(v, os.PathLike), "a path"),
     type(None): _Kind(lambda v: v is None, "None"),
     _Dataset: _Kind(_is_dataset, "an xarray.Dataset"),
     _Array: _Kind(lambda v: _is_numeric(v, 1), "an array of numbers"),
