@@ -1,7 +1,5 @@
 """`damagepred compare` says which measure helps, and answers wrong input by a sentence."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -24,9 +24,6 @@ WINDOW = '[[opening]]\nkind = "window"\nx = {x}\ny = 0.15\nwidth = {width}\nheig
 
 BAD_SCENES = {
     "unknown key": (GOOD.replace("length", "lenght"), ["lenght", "'length'"]),
-    "negative size": (GOOD.replace("1.44", "-1.44"), ["length", "-1.44", "greater than 0"]),
-    "opening outside in x": (GOOD + WINDOW.format(x=1.2, width=0.48, height=0.2), ["opening 1", "1.68", "1.44"]),
-    "table without points": (GOOD.replace("[movement]", '[movement]\nshape = "table"'), ["table", "3 points"]),
     "zones in time": (
         GOOD + '[solver]\nabove_dpc = "deformable"\n[dynamics]\nduration = 0.1\n',
         ["above_dpc = 'deformable'", "'elastic'", "leave out [dynamics]"],
@@ -227,7 +224,7 @@ def test_a_description_where_a_result_is_due(words: list[str], command: Run, tmp
 @pytest.mark.parametrize("samples", [0, -3, 2.5, True, "3"])
 def test_samples_are_a_whole_number(samples: object, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"samples = .*: must be a whole number, 1 or more"):
-        Study(settings()).run(tmp_path / "study.dp", samples=samples)  # type: ignore[arg-type]
+        Study(settings()).run(tmp_path / "study.dp", samples=samples)
     assert not (tmp_path / "study.dp").exists()
 
 

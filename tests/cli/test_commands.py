@@ -1,4 +1,4 @@
-"""The commands as a user types them."""
+"""The commands as a user types them; what moves is said first; reports that cannot be."""
 
 import os
 import re
@@ -12,12 +12,16 @@ from typing import get_args
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
-from damagepred.archive.files import read_dataset
+from damagepred.archive.files import read_dataset, write_dataset
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.template import Template
+from damagepred.one_wall.solve import solve
+from damagepred.scene import Scene
 from tests.cli.conftest import Run
+from tests.report.conftest import WALL
 from tests.synthetic_studies import synthetic_study
 
 SMALL_SCENE = """
@@ -302,3 +306,134 @@ def test_folders_are_listed_and_those_in_use_are_kept(command: Run, tmp_path: Pa
     assert f"{idle}: 3 MB, removed" in command("cache", "--clear").out.replace("\n", "")
     assert not idle.exists()
     assert used.exists()
+
+
+SCENE = """
+title = "small"
+wall = { length = 2.0, height = 0.6, block_length = 0.5, block_height = 0.2 }
+movement = { kind = "doming", central_deflection = "1 mm", increments = 1 }
+"""
+SAID = [
+    "small: valid; wall 2 m long, 0.6 m high, openings: 0, no dpc",
+    "  The middle of the ground goes up by 1 mm, to nothing at both ends",
+    "  one wall, all numbers as given",
+]
+
+
+def test_check_says_wall_movement_variables_and_cost_in_four_lines(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(SCENE)
+    lines = command("check", tmp_path / "wall.toml").out.splitlines()
+    assert lines[:3] == SAID
+    assert len(lines) == 4
+    assert lines[3].startswith("  one wall: ")
+    full = command("check", tmp_path / "wall.toml", "--full").out
+    assert "  solver: quasi_static" in full
+    assert "accuracy = " in full
+
+
+def test_new_ends_with_the_movement_of_its_file(command: Run, tmp_path: Path) -> None:
+    result = command("new", tmp_path / "house.toml", "--template", "mound")
+    words = "Both ends of the ground go up by 30 mm, to nothing at 1.8 and 7.2 m; swelling clay, 4000 kPa/m"
+    assert words in " ".join(f"{result.out} {result.err}".split())
+
+
+@pytest.mark.parametrize(("given", "file"), [("pictures", "pictures/scene.png"), ("house.svg", "house.svg")])
+def test_check_draws_into_a_folder_or_a_file(command: Run, tmp_path: Path, given: str, file: str) -> None:
+    (tmp_path / "wall.toml").write_text(SCENE)
+    result = command("check", tmp_path / "wall.toml", "--plot", tmp_path / given)
+    assert result.code == 0, result.err
+    assert (tmp_path / file).stat().st_size > 1000
+    assert f"drew {tmp_path / file}" in result.out
+
+
+def test_check_refuses_another_ending_of_the_picture_before_it_solves(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(SCENE)
+    refused = command("check", tmp_path / "wall.toml", "--plot", tmp_path / "wall.csv")
+    assert refused.code == 2
+    assert ".png" in refused.err
+
+
+SCENE_OF_ZONES = """
+title = "soft foot"
+wall = { length = 0.96, height = 0.3 }
+dpc = { course = 2 }
+movement = { central_deflection = "1 mm", increments = 2 }
+solver = { method = "explicit", below_dpc = "deformable", zone_size = 0.08, tolerance = 1e-2 }
+"""
+
+WEAK = '[block]\ncohesion = "10 kPa"\nfriction = 0.3\ntensile_strength = "3.3 kPa"\n[loads]\nroof = 2000'
+
+
+def test_solve_tells_of_zones(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(SCENE_OF_ZONES)
+    result = command("solve", tmp_path / "wall.toml", "-o", tmp_path / "wall.nc")
+    assert result.code == 0, result.err
+    assert "9 of 18 blocks deformable, 128 zones in plane stress; none of them yields" in result.out
+    assert read_dataset(tmp_path / "wall.nc").sizes["zone"] == 128
+    (tmp_path / "weak.toml").write_text(SCENE_OF_ZONES + WEAK)
+    result = command("solve", tmp_path / "weak.toml", "-o", tmp_path / "weak.nc", "--no-zones")
+    assert result.code == 0, result.err
+    assert "128 zones in plane stress; at the end " in result.out
+    ds = read_dataset(tmp_path / "weak.nc")
+    assert "zone" not in ds.sizes
+    assert f"{int(ds['zones_yielded_before'][-1])} have yielded before" in result.out
+
+
+def test_check_estimates_the_cost_of_zones(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(SCENE_OF_ZONES)
+    result = command("check", tmp_path / "wall.toml", "--full")
+    assert result.code == 0, result.err
+    assert "9 deformable blocks: 128 zones, " in result.out
+    assert "MB of results (none with --no-zones)" in result.out
+
+
+@pytest.fixture(scope="module")
+def wall() -> xr.Dataset:
+    return solve(Scene.from_dict(WALL))
+
+
+def test_missing_and_unfit_files_are_named(command: Run, wall: xr.Dataset, tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text("[wall]\n")
+    (tmp_path / "text.nc").write_text("no netCDF")
+    (tmp_path / "empty").mkdir()
+    write_dataset(wall[["crack_width_max"]].assign_attrs(schema_version=2), tmp_path / "part.nc")
+    write_dataset(wall, tmp_path / "wall.nc")
+    for arguments, said in (
+        (["nowhere.dp"], "no such file or study folder"),
+        ([tmp_path / "scene.toml"], "is a description, and a result is needed"),
+        ([tmp_path / "text.nc"], "is not a readable netCDF file"),
+        ([tmp_path / "part.nc"], "is not the result of solve or replay (it has no contact_opening)"),
+        ([tmp_path / "empty"], "is not a study folder"),
+        ([tmp_path / "wall.nc", "-o", tmp_path / "empty"], "is a folder; give the name of a file"),
+        ([tmp_path / "wall.nc", "-o", tmp_path / "no" / "r.html"], "its folder does not exist"),
+    ):
+        result = command("report", *arguments)
+        assert result.code == 2, arguments
+        assert said in result.err
+        assert "Traceback" not in result.err
+    assert not list(tmp_path.glob("*.html"))
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="nothing is read-only to root")
+def test_a_read_only_folder_is_refused(command: Run, wall: xr.Dataset, tmp_path: Path) -> None:
+    folder = tmp_path / "locked"
+    folder.mkdir()
+    write_dataset(wall, folder / "wall.nc")
+    folder.chmod(0o555)
+    result = command("report", folder / "wall.nc")
+    assert result.code == 2
+    assert "no permission to write there; choose another place" in result.err
+
+
+def test_a_study_with_no_wall_done_is_refused(command: Run, tmp_path: Path) -> None:
+    folder = synthetic_study(tmp_path / "house.dp", 8, missing=range(8))
+    result = command("report", folder)
+    assert result.code == 2
+    assert "no finished sample yet; run `damagepred study` first" in result.err
+
+
+def test_the_command_says_where_the_report_is(command: Run, tmp_path: Path) -> None:
+    study_folder = synthetic_study(tmp_path / "house.dp", 12)
+    result = command("report", study_folder, "--no-replay", "--bootstrap", 10)
+    assert result.code == 0, result.err
+    assert f"wrote {study_folder.with_name('house_report.html')}" in result.out.replace("\n", "")

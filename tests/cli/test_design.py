@@ -1,7 +1,5 @@
 """`damagepred design` finds the cheapest alternative, resumes, values measures, and refuses wrong files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

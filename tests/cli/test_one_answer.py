@@ -1,7 +1,5 @@
 """One question, one number: commands and pages agree on a study whose walls end at their own movement, some failed."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

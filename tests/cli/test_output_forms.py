@@ -73,17 +73,6 @@ def test_json_of_a_wall_and_of_its_cost(command: Run, tmp_path: Path) -> None:
     assert {"crack_width", "crack_part", "central_deflection"} <= set(found[0])
 
 
-def test_tables_are_a_summary_and_full_ones_have_all_columns(command: Run, tmp_path: Path) -> None:
-    house = synthetic_study(tmp_path / "house.dp", 40, medians=(3e-3, 6e-3))
-    asked = ("fragility", house, "--bootstrap", 20, "--goodness", 0)
-    summary, full = command(*asked), command(*asked, "--full")
-    assert "continued" not in summary.out
-    assert "fit; --full shows them" in summary.out
-    assert "category 4: never reached" in summary.out
-    assert "continued" in full.out
-    assert "--full" not in full.out
-
-
 def test_comparisons_and_sensitivity_are_printed_as_json(command: Run, tmp_path: Path) -> None:
     a, b = (synthetic_study(tmp_path / f"{name}.dp", 40) for name in "ab")
     said = command("compare", a, b, "--category", "slight", "--at", "3 mm", "--json")

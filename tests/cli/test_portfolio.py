@@ -1,7 +1,5 @@
 """`damagepred portfolio` assesses each house of a table as a study of its own, resumes, and refuses wrong rows."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

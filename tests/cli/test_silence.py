@@ -60,7 +60,6 @@ def test_a_terminal_counts_seconds_and_erases_them() -> None:
         except OSError:  # closed at the other end
             break
     assert process.wait() == 0
-    assert process.stdout is not None
     assert process.stdout.read() == b"a result\n"
     assert len(set(re.findall(rb"goodness, (\d+) s so far", said))) >= 2
     assert said.endswith(b"\r\x1b[K")
@@ -69,8 +68,6 @@ def test_a_terminal_counts_seconds_and_erases_them() -> None:
 @pytest.mark.thorough
 def test_an_interrupt_while_waiting() -> None:
     process = subprocess.Popen(slow(60.0, "fragility", "a.dp"), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    assert process.stdout is not None
-    assert process.stderr is not None
     process.stdout.readline()
     time.sleep(1.5)
     process.send_signal(signal.SIGINT)
@@ -103,8 +100,6 @@ def test_activities_follow_each_other(monkeypatch: pytest.MonkeyPatch, capfd: py
 
 
 class Function:
-    """A function of kernels."""
-
     def __init__(self, compiled: bool) -> None:
         self.signatures = ["float64"] if compiled else []
 

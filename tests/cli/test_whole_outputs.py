@@ -86,34 +86,21 @@ def test_sentences_are_their_list() -> None:
     lines: list[str] = []
     cost: dict[str, Any] = {name: number for number, name in enumerate(CostEstimate.__dataclass_fields__, 1)}
     cost |= {"title": "house", "wall_seconds": 1.5, "compile_seconds": 70.0, "matrix_bytes": 2_500_000}
-    cost |= {
-        "wall": "a wall",
-        "moving": "ground",
-        "sampled": ("a", "b"),
-        "method": "quasi-static",
-        "status": "complete",
+    cost |= {"wall": "a wall", "moving": "ground", "sampled": ("a", "b"), "method": "quasi-static"} | {
+        "status": "complete"
     }
     cost |= {"cautions": ("mind",), "accuracy": ("fast: 1 %",), "ground": "clay", "site": "H1", "timed": (1.0, 2.0)}
     for more in ({}, {"variables": 0, "timed": (), "zones": 0, "matrix_bytes": 0}, {"variables": 0, "peak_bytes": 0}):
         for full in (False, True):
             lines += cost_lines(CostEstimate(**cost | more), full)
     state: dict[str, Any] = {"title": "house", "total": 30, "done": 20, "failed": 2, "remaining": 8}
-    state |= {
-        "wall_seconds": 2.5,
-        "effective_walls": 11.4,
-        "limits": [3e-3, 5e-3],
-        "categories": [],
-        "cautions": ["mind"],
+    state |= {"wall_seconds": 2.5, "effective_walls": 11.4, "limits": [3e-3, 5e-3], "categories": []} | {
+        "cautions": ["mind"]
     }
     state["failures"] = [(4, "diverged", "no equilibrium")]
     state |= {name: None for name in StudyStatus.__dataclass_fields__ if name not in state}
-    none = {
-        "wall_seconds": np.nan,
-        "effective_walls": np.nan,
-        "limits": [],
-        "remaining": 0,
-        "cautions": [],
-        "failures": [],
+    none = {"wall_seconds": np.nan, "effective_walls": np.nan, "limits": [], "remaining": 0, "cautions": []} | {
+        "failures": []
     }
     for status in (StudyStatus(**state), StudyStatus(**state | none), StudyStatus(**state | {"remaining": 0})):
         lines += status_lines(status)

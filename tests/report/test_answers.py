@@ -73,18 +73,15 @@ def posterior(odds: float, another: float, cut: float = 0.0) -> xr.Dataset:
     study = ("study", "further", "category")
     lower = np.array([[[1.0, 0.7, 0.0]], [[0.5, 0.2, 0.1]]]).repeat(2, axis=1)
     return xr.Dataset(
-        {
-            "posterior_odds": ("study", [odds, 0.1 if np.isfinite(odds) else np.nan]),
-            "another_cause_odds": ((), another),
-            "resembles": ("study", [1, 1]),
-            "movement_quantile": (("study", "quantile"), 1e-3 * np.array([[40.0, 45, 50, 55, 60]] * 2)),
-            "movement_words": ("study", ["ground movement at the tree"] * 2),
-            "movement_units": ("study", ["m", "m"]),
-            "movement_largest": ("study", [0.06, 0.06]),
-            "movement_cut": ("study", [cut, 0.0]),
-            "future_probability_lower": (study, lower),
-            "future_probability_upper": (study, lower + np.array([0.0, 0.1, 0.2])),
-        },
+        (
+            {"posterior_odds": ("study", [odds, 0.1 if np.isfinite(odds) else np.nan])}
+            | {"another_cause_odds": ((), another), "resembles": ("study", [1, 1])}
+            | {"movement_quantile": (("study", "quantile"), 1e-3 * np.array([[40.0, 45, 50, 55, 60]] * 2))}
+            | {"movement_words": ("study", ["ground movement at the tree"] * 2)}
+            | {"movement_units": ("study", ["m", "m"]), "movement_largest": ("study", [0.06, 0.06])}
+            | {"movement_cut": ("study", [cut, 0.0]), "future_probability_lower": (study, lower)}
+            | {"future_probability_upper": (study, lower + np.array([0.0, 0.1, 0.2]))}
+        ),
         {"study": ["tree", "pipe"], "further": [0.0, 0.5], "category": [1, 2, 3]},
     )
 

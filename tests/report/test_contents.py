@@ -13,8 +13,8 @@ from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.formatting import length
 from damagepred.one_wall.solve import solve
 from damagepred.report.caveats import model_caveats, study_caveats
-from damagepred.report.inputs import field_source, input_section, place_in_words, sources_of_variable, unsure
-from damagepred.report.limits import BEYOND, _counted, study_limits
+from damagepred.report.inputs import field_source, place_in_words, sources_of_variable, unsure
+from damagepred.report.limits import BEYOND, _counted, study_limits, wall_limits
 from damagepred.report.study import study_page, typical_and_worst
 from damagepred.report.wall import wall_page
 from damagepred.results.tables import Table
@@ -26,12 +26,6 @@ from tests.synthetic_studies import synthetic_study
 
 def table(section: object, begins: str) -> Table:
     return next(p for p in section.parts if isinstance(p, Table) and p.caption.startswith(begins))
-
-
-# -- words ----------------------------------------------------------------------------------------------------
-
-
-# -- inputs ---------------------------------------------------------------------------------------------------
 
 
 def test_sources_of_variables_tell_mean_and_scatter_apart(data_folder: Path) -> None:
@@ -59,35 +53,6 @@ def test_sources_of_variables_tell_mean_and_scatter_apart(data_folder: Path) -> 
     assert [str(s) for s in sources_of_variable("joint.tensile_strength", own)] == ["our own tests"]
     assert "mortar joints: tensile strength" in unsure(settings)
     assert "movement: central deflection" not in unsure(settings)
-
-
-def test_inputs_show_values_with_units_and_what_varies(data_folder: Path) -> None:
-    settings = StudySettings.from_toml(data_folder / "bryant_study.toml")
-    section = input_section(settings.scene, settings)
-    wall = table(section, "The wall")
-    rows = {(group, row[0]): row[1:] for group, row in zip(wall.groups, wall.rows)}
-    assert rows["Wall", "length"] == ["6", "m", "default"]
-    assert rows["Mortar joints", "normal stiffness"] == ["82", "N/mm³", "varies, see below"]
-    assert rows["Damp-proof course", "course"][0] == "2"
-    assert rows["Opening 1", "width"] == ["0.9", "m", "as given"]
-    assert not any(head in ("Soil", "Mound", "Test rig") for head, _ in rows)
-    assert ("Solver", "damping") not in rows
-    uncertain = {row[0]: row[1:] for row in table(section, "What is uncertain").rows}
-    assert uncertain["mortar joints: tensile strength"][:3] == [
-        "lognormal: mean 0.453, COV 0.3",
-        "joint to joint, correlation 0.4 to the next of a course",
-        "MPa",
-    ]
-    assert uncertain["movement: central deflection"][:3] == ["uniform: lower 40, upper 60", "wall to wall", "mm"]
-    assert "Heffler" in uncertain["mortar joints: tensile strength"][3]
-    note = "Correlations: mortar joints: tensile strength with mortar joints: cohesion, 0.7;"
-    assert note in table(section, "What is uncertain").note
-    solver = {key: values for (group, key), values in rows.items() if group == "Solver"}
-    assert solver["blocks"] == [settings.scene.solver.blocks, "", "default"]
-    assert "crack tolerance" not in solver
-
-
-# -- code limits ----------------------------------------------------------------------------------------------
 
 
 def test_typical_is_the_median_wall_at_the_movement_asked_for(tmp_path: Path) -> None:
@@ -126,6 +91,16 @@ def test_a_limit_that_few_walls_reached_has_no_probability() -> None:
     assert _counted(Exceedance(estimate, 0, 1.0, 1.0, 10)).startswith("1.00")
 
 
+def test_a_wall_at_a_limit_is_that_of_the_first_increment_beyond_it(wall: xr.Dataset) -> None:
+    """AS 2870 Table 4.1 at 2.4 m: full masonry L/2000 is 1.2 mm, reached by the first of four increments to 12 mm."""
+    section = wall_limits(wall)
+    rows = {row[0]: row[1:] for row in table(section, "This wall at the design").rows}
+    limit, here, category, width = rows["full masonry"]
+    assert (limit, here) == ("L/2000, 10 mm", "1.2 mm")
+    assert category.startswith(str(int(wall["damage_category"][1])))
+    assert width == length(float(wall["crack_width_max"][1]))
+
+
 def test_what_varies_is_named_and_limits_without_entries_are_left_out(tmp_path: Path) -> None:
     folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 30))
     page, settings = study_page(folder, "today", replay=False, bootstrap=10), read_frozen(folder.study_text())
@@ -137,27 +112,6 @@ def test_what_varies_is_named_and_limits_without_entries_are_left_out(tmp_path: 
     ds["damage_category"][:] = 0
     ds["central_deflection"][:] *= 1e-3
     assert study_limits(ds) is None
-
-
-def test_the_page_of_a_study_says_what_was_run(study_folder: Path) -> None:
-    page = study_page(StudyFolder(study_folder), "2026-01-02 03:04", replay=False, bootstrap=20)
-    sections = {section.name: section for section in (*page.sections, *page.appendix)}
-    run = {row[0]: row[1] for row in table(sections["run"], "Program").rows}
-    assert run["seed"] == "7"
-    assert run["walls"] == "40: 40 complete, 0 collapsed, 0 failed, 0 not run yet"
-    assert run["a wall is followed to"] == "category 4, or the end of its movement"
-    assert run["report written"] == "2026-01-02 03:04"
-    assert [w for w in page.warnings if "gap along the bed" not in w] == []
-    quality = {row[0]: row[1:] for row in table(sections["quality"], "How well").rows}
-    assert quality["largest unbalanced force (mean block weights)"][0] == "1e−09"
-    error = [
-        row for row in table(sections["quality"], "Probability of each").rows if row[0] == "1\u00a0very\u00a0slight"
-    ]
-    assert [row[3] for row in error] == ["40"]
-    curves = table(sections["fragility"], "The curves")
-    assert len(curves.rows) == 4
-    assert curves.rows[3][5] == "never reached"
-    assert 0 <= float(curves.rows[0][4]) <= 1
 
 
 def caveats(scene: dict) -> str:
@@ -218,14 +172,11 @@ def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
     ds["limit_deflection"] = "sample", np.array([1e-3, np.nan, 2e-3, np.nan, np.nan])
     settings = read_frozen(StudyFolder(tmp_path / "house.dp").study_text())
     curves = xr.Dataset(
-        {
-            "reached": ("category", [11, 4, 0]),
-            "not_reached": ("category", [3, 9, 14]),
-            "p_value": ("category", [0.5, 0.04, np.nan]),
-            "median": ("category", [2e-3, 7.5e-3, np.nan]),
-            "distance": ("category", [0.1, 0.2, np.nan]),
-            "fit_note": ("category", ["", "", ""]),
-        },
+        (
+            {"reached": ("category", [11, 4, 0]), "not_reached": ("category", [3, 9, 14])}
+            | {"p_value": ("category", [0.5, 0.04, np.nan]), "median": ("category", [2e-3, 7.5e-3, np.nan])}
+            | {"distance": ("category", [0.1, 0.2, np.nan]), "fit_note": ("category", ["", "", ""])}
+        ),
         {"category": [1, 2, 3]},
         {"samples_failed": 6, "curves_cross": 1, "intensity_measure": "central_deflection"},
     )

@@ -1,5 +1,7 @@
 """Every kind of wall and study gets a page: solvers, footings, zones, runs in time, ends of the movement alone."""
 
+import json
+import re
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -7,12 +9,14 @@ from typing import Any
 
 import pytest
 
+import damagepred
 from damagepred.archive.files import write_dataset
 from damagepred.campaign.settings import StudySettings
 from damagepred.one_wall.solve import solve
 from damagepred.report import write_report
 from damagepred.scene import Scene
 from damagepred.study import Study
+from tests.campaign.test_house import HOUSE as STUDY
 from tests.conftest import SMALL_STUDY
 from tests.report.test_page import HTML, check_page
 
@@ -55,11 +59,6 @@ def test_every_kind_of_wall_has_a_page(kind: str, tmp_path: Path) -> None:
     assert ("Mound" in shown) == ("mound" in KINDS[kind])
 
 
-def _run(study: Study, folder: Path, samples: int) -> None:
-    with ThreadPoolExecutor(1) as here:  # worker processes take longer to begin than these walls
-        study.run(folder, samples=samples, executor=here)
-
-
 @pytest.mark.thorough
 def test_a_study_on_mounds_has_curves_against_the_ground_and_limits_of_the_footing(tmp_path: Path) -> None:
     text = SMALL_STUDY.replace(
@@ -69,9 +68,59 @@ def test_a_study_on_mounds_has_curves_against_the_ground_and_limits_of_the_footi
     text = text.replace('lower = "6 mm"\nupper = "9 mm"', 'lower = "100 mm"\nupper = "120 mm"')
     text = text.replace("length = 1.44", "length = 9.6")  # so that footings deflect by the least limit, 4.8 mm
     study = Study(StudySettings.from_dict(tomllib.loads(text)))
-    _run(study, tmp_path / "mound.dp", 4)
+    with ThreadPoolExecutor(1) as here:
+        study.run(tmp_path / "mound.dp", samples=4, executor=here)
     root = check_page(write_report(tmp_path / "mound.dp", bootstrap=20).read_text(encoding="utf-8"))
     shown = "".join(root.itertext())
     assert "median surface movement" in shown
     assert "Counted among the walls" in shown
     assert "agrees bit for bit with the study" in shown
+
+
+ENDS = [[0, 0], [2.16, 0], [2.16, 1.2], [0, 1.2], [0, 0]]
+
+
+@pytest.fixture(scope="module")
+def solved():
+    names = ("front", "right", "back", "left")
+    walls = [{"name": n, "start": ENDS[i], "end": ENDS[i + 1], "height": 0.45} for i, n in enumerate(names)]
+    mound = {"shape": "corner", "point": [0, 0], "reach": 1.2, "surface_movement": "60 mm"}
+    joint = {"tensile_strength": 1e4, "cohesion": 2e4}
+    tables = {"wall": walls, "mound": mound, "joint": joint, "movement": {"kind": "settle", "increments": 3}}
+    return damagepred.solve(Scene.from_dict({"title": "a <house>", **tables}))
+
+
+def test_the_page_of_a_house(solved, tmp_path):
+    write_dataset(solved, tmp_path / "house.nc")
+    page = write_report(tmp_path / "house.nc").read_text(encoding="utf-8")
+    root = check_page(page)
+    figures = [e.get("id") for e in root.iter(f"{HTML}figure")]
+    assert figures[:3] == ["figure-plan", "figure-unfolded", "figure-history"]
+    assert "figure-house" in figures
+    shown = " ".join("".join(root.itertext()).split())
+    worst = int(solved["damage_category"][-1])
+    assert worst >= 1
+    assert "of its worst wall, front" in shown or "of its worst wall, left" in shown
+    reached = float(solved["surface_movement"][int((solved["damage_category"].values >= worst).argmax())])
+    assert f"reached at a settlement of the corner of {1e3 * reached:g} mm" in shown.replace("\u00a0", " ")
+    assert f"{int(solved['damaged_walls'][-1])} of 4: " in shown
+    assert "Straight walls, each in its own plane" in shown
+    assert "1 at 1.1, 0.6 m" in shown  # the room
+    (data,) = re.findall(r'class="walls">(.*?)</script>', page)
+    (moved,) = json.loads(data)["walls"]
+    assert len(moved["movement"]) == 4
+    assert [label[0] for label in moved["labels"]] == ["front", "right", "back", "left"]
+
+
+def test_the_page_of_a_study_of_houses_counts_houses_and_has_each_wall(tmp_path):
+    tables = tomllib.loads(STUDY)
+    study = Study(StudySettings.from_dict(tables))
+    with ThreadPoolExecutor(1) as here:  # worker processes take longer to begin than these walls
+        study.run(tmp_path / "house.dp", samples=3, executor=here)
+    root = check_page(write_report(tmp_path / "house.dp", bootstrap=20).read_text(encoding="utf-8"))
+    figures = [e.get("id") for e in root.iter(f"{HTML}figure")]
+    assert figures[:3] == ["figure-plan", "figure-unfolded", "figure-fragility"]
+    shown = " ".join("".join(root.itertext()).split())
+    assert "damage category of a house?" in shown
+    assert "of the houses." in shown
+    assert "Probability of damage by wall" in shown

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from damagepred import Load, Loading, Movement, Opening, Scene, Solver, Wall, plotting, solve
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.errors import InputError
 from damagepred.report import write_report
-from damagepred.report.summary import answers, influences
+from damagepred.report.summary import answers, influences, wall_summary
 from damagepred.uq.movement_distribution import MOUND, movement_distribution
 from tests.synthetic_studies import synthetic_study
 
@@ -45,7 +46,6 @@ def test_the_input_that_decides_is_named_and_others_are_not(study: tuple[xr.Data
     said, section = influences(ds, found)
     assert "more of it harms" in said
     assert said.count("more of it") == 1 + said.count("more of it protects")
-    assert section is not None
     assert section.parts[0].rows[0][0] == others[0]
     assert not any(row[0].startswith("movement.") for row in section.parts[0].rows)
 
@@ -61,7 +61,6 @@ def test_an_input_that_moves_the_ground_harms_at_its_own_ground_and_protects_now
     said, section = influences(ds, found, own_ground=True)
     assert re.match(r"What changes the answer most: suction: change \(0.\d+, more of it harms\)", said)
     assert "with damage of category" in said
-    assert section is not None
     (shown,) = section.parts
     assert shown.caption.startswith("Inputs and damage of category")
     assert any(row[0] == "suction.change" for row in shown.rows)
@@ -73,3 +72,23 @@ def test_a_movement_for_one_wall_is_refused(tmp_path: Path, wall: xr.Dataset) ->
     write_dataset(wall, tmp_path / "wall.nc")
     with pytest.raises(InputError, match="class H1: goes with a study"):
         write_report(tmp_path / "wall.nc", at=movement_distribution("H1"))
+
+
+PIER = Scene(
+    wall=Wall(length=1.2, height=0.9, block_length=0.4, block_height=0.15),
+    opening=(Opening(x=0.4, y=0.3, width=0.4, height=0.3),),
+    movement=Movement(shape="loads", increments=3),
+    load=(Load(direction="along"),),
+    loading=Loading(control="displacement", displacement="3 mm", beam="free"),
+    solver=Solver(blocks="rigid"),
+)
+
+
+@pytest.fixture(scope="module")
+def pier() -> xr.Dataset:
+    return solve(PIER)
+
+
+def test_sentences_and_pictures_name_them(pier: xr.Dataset) -> None:
+    assert "reached at a load displacement of 1 mm" in wall_summary(pier)[0]
+    assert plotting.draw(pier, "opening_width_change").get_xlabel() == "load displacement (mm)"

@@ -50,7 +50,7 @@ def test_pages_of_paths_that_ended_otherwise_are_their_list() -> None:
         page = wall_page(ds, "wall.nc", WRITTEN)
         parts |= parts_of([page.warnings, page.facts, page.subtitle, page.answers], status)
         parts |= parts_of([part for part in page.appendix[2].parts if status == "complete"], f"{status} path")
-        parts |= parts_of(page.appendix[1].parts[0].rows[3:], f"{status} run")  # type: ignore[union-attr]
+        parts |= parts_of(page.appendix[1].parts[0].rows[3:], f"{status} run")
     check_parts(LISTS / "endings.txt", parts)
 
 
