@@ -76,9 +76,6 @@ def test_fields_by_material():
     np.testing.assert_array_equal(law.cohesion[others], values[model.interfaces.joint[others]])
 
 
-# -- what is refused --------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     "vertices",
     [

@@ -43,9 +43,6 @@ def test_window_jambs_have_half_bricks_in_every_other_course(window: Scene):
     np.testing.assert_allclose(width, expected, rtol=1e-12)
 
 
-# -- lintels ----------------------------------------------------------------------------------------------------------
-
-
 def lintels(scene: Scene) -> list[tuple[float, float, float, float]]:
     """Blocks that lie across an opening's head."""
     return [
@@ -78,9 +75,6 @@ def test_lintels_that_meet_are_refused():
         lay_bricks(Scene(opening=taller))
 
 
-# -- mirror -----------------------------------------------------------------------------------------------------------
-
-
 def mirrored(scene: Scene) -> Scene:
     tables = scene.to_dict()
     for hole in tables.get("opening", []):
@@ -108,9 +102,6 @@ def test_a_mirrored_wall_has_mirrored_bricks(name: str, data_folder: Path):
     image = np.column_stack((length - image[:, 2], image[:, 1], length - image[:, 0], image[:, 3], image[:, 4]))
     order = np.lexsort((np.round(image[:, 0], 6), image[:, 4]))
     np.testing.assert_allclose(bricks, image[order], atol=1e-9)
-
-
-# -- control joints ---------------------------------------------------------------------------------------------------
 
 
 def crossed(scene: Scene, x: float) -> set[int]:

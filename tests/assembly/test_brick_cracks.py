@@ -1,7 +1,5 @@
 """Bricks that break: strength and energy of their middles, elastic answer of whole bricks, damage and drawings."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Literal
 
@@ -146,7 +144,6 @@ def test_halves_that_hold_cost_little_more_than_whole_bricks(blocks: str) -> Non
 @pytest.mark.parametrize("beam", ["none", "free"])
 def test_joints_have_the_numbers_of_whole_bricks(beam: Literal["none", "free"]) -> None:
     """So the same sample has the same strengths, whether its bricks break or not; also below a loading beam."""
-    assert PANEL.loading is not None
     panel = replace(PANEL, loading=replace(PANEL.loading, beam=beam))
     whole, halves = (assembly.wall_geometry(s) for s in (replace(panel, block=BlockMaterial()), panel))
     for first, second in zip(whole.mortar, halves.mortar):
@@ -187,7 +184,7 @@ def test_the_watch_finds_the_tension_of_the_middle() -> None:
     ],
 )
 def test_a_strength_that_nothing_reads_is_named(block: dict[str, float], solver: dict[str, str], said: str) -> None:
-    scene = Scene.from_file_tables({"block": block, "solver": solver}, None, "wall.toml")  # type: ignore[arg-type]
+    scene = Scene.from_file_tables({"block": block, "solver": solver}, None, "wall.toml")
     cautions = brick_cautions(scene)
     assert said in " ".join(cautions)
     assert bool(cautions) == bool(said)

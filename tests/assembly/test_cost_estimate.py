@@ -70,7 +70,7 @@ def test_costly_walls_are_refused_before_they_are_built(name: str) -> None:
 @pytest.mark.parametrize("value", [0, -1, math.nan, "4 GB", True, None])
 def test_limits_are_numbers(value: object) -> None:
     with pytest.raises(InputError, match="memory"):
-        Limits(memory=value)  # type: ignore[arg-type]
+        Limits(memory=value)
 
 
 @pytest.mark.parametrize("solver", ["quasi_static", "explicit"])

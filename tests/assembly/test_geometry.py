@@ -1,4 +1,4 @@
-"""Polygons and what they share, against slow and simple computations."""
+"""Polygons and what they share, contacts of interfaces and zones, against slow and simple computations."""
 
 import itertools
 
@@ -7,8 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from damagepred import Assembly
+from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.geometry import convex_polygon, mass_properties, refuse_overlaps, shared_edges
+from damagepred.assembly.interfaces import quadrature
+from damagepred.assembly.mesh import cut_into_zones, mesh_of
 from damagepred.errors import InputError
+from damagepred.scene import Joint, Solver
 from tests.assembly import reference
 
 FAR = (1e4, -1e4)  # coordinates of a survey grid
@@ -30,9 +35,6 @@ def test_blocks_that_meet_at_a_corner_or_not_at_all_share_nothing():
         assert len(shared_edges(*flat([square, moved(square, *shift)])).a) == 0
 
 
-# -- overlaps ---------------------------------------------------------------------------------------------------------
-
-
 def overlaps(polygons: list[np.ndarray]) -> bool:
     vertices, first, tolerance = flat(polygons)
     try:
@@ -44,15 +46,11 @@ def overlaps(polygons: list[np.ndarray]) -> bool:
 
 def test_overlaps_of_every_sort_are_refused():
     square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=float)
-    for name, other in {
-        "the same again": square,
-        "half": moved(square, 0.5, 0.0),
-        "a corner": moved(square, 0.5, 0.5),
-        "inside": moved(0.2 * square, 0.3, 0.3),
-        "a cross": moved(square * (3.0, 0.2), -1.0, 0.4),
-        "a sliver": moved(square, 1 - 1e-4, 0.0),
-        "turned": reference.turned([square], 0.7, (0.9, 0.2))[0],
-    }.items():
+    for name, other in (
+        {"the same again": square, "half": moved(square, 0.5, 0.0), "a corner": moved(square, 0.5, 0.5)}
+        | {"inside": moved(0.2 * square, 0.3, 0.3), "a cross": moved(square * (3.0, 0.2), -1.0, 0.4)}
+        | {"a sliver": moved(square, 1 - 1e-4, 0.0), "turned": reference.turned([square], 0.7, (0.9, 0.2))[0]}
+    ).items():
         assert overlaps([square, other]), name
         assert overlaps([other, square]), name
         far = reference.turned([square, other], 0.4, FAR)
@@ -66,9 +64,6 @@ def test_one_moved_cell_is_found_and_named():
     with pytest.raises(InputError, match=r"blocks \d+ and \d+ overlap") as caught:
         refuse_overlaps(vertices, first, tolerance)
     assert " 7 " in str(caught.value)
-
-
-# -- single polygons --------------------------------------------------------------------------------------------------
 
 
 @settings(max_examples=50, deadline=None, derandomize=True)
@@ -129,3 +124,108 @@ def test_what_is_no_convex_polygon(vertices: object, words: str):
     with pytest.raises(InputError, match=words) as caught:
         convex_polygon(vertices, "block 7")
     assert "block 7" in str(caught.value)
+
+
+# Abramowitz and Stegun, table 25.6: abscissas on [-1, 1] and weights that sum to 2
+LOBATTO = {
+    2: ([-1, 1], [1, 1]),
+    3: ([-1, 0, 1], [1 / 3, 4 / 3, 1 / 3]),
+    4: ([-1, -(5**-0.5), 5**-0.5, 1], [1 / 6, 5 / 6, 5 / 6, 1 / 6]),
+    5: ([-1, -((3 / 7) ** 0.5), 0, (3 / 7) ** 0.5, 1], [1 / 10, 49 / 90, 32 / 45, 49 / 90, 1 / 10]),
+    6: (
+        [-1, -0.765055323929, -0.285231516480, 0.285231516480, 0.765055323929, 1],
+        [1 / 15, 0.378474956297, 0.554858377035, 0.554858377035, 0.378474956297, 1 / 15],
+    ),
+}
+
+
+@pytest.mark.parametrize("count", LOBATTO)
+def test_lobatto_as_tabulated(count: int):
+    points, weights = quadrature("lobatto", count)
+    np.testing.assert_allclose(2 * points, LOBATTO[count][0], atol=1e-11)
+    np.testing.assert_allclose(2 * weights, LOBATTO[count][1], atol=1e-11)
+
+
+def test_lobatto_of_one_is_refused():
+    with pytest.raises(ValueError, match="at least 2"):
+        quadrature("lobatto", 1)
+
+
+def rotational_stiffness(contacts: int, rule: str, width: float, thickness: float) -> tuple[float, float]:
+    """Of the joint between two stacked blocks, from the contacts the model really has; and its normal stiffness."""
+    wall = Assembly(thickness=thickness, joint=Joint(normal_stiffness=5e9))
+    wall.add_block([(0, 0), (width, 0), (width, 0.1), (0, 0.1)])
+    wall.add_block([(0, 0.1), (width, 0.1), (width, 0.2), (0, 0.2)])
+    solver = Solver(contacts_per_interface=contacts, quadrature=rule, lump_block_elasticity=False)
+    model = wall.build(solver)
+    face, k = model.interfaces, model.properties.normal_stiffness
+    return (
+        float((k[:, None] * face.contact_area * face.contact_offset**2).sum()),
+        float((k[:, None] * face.contact_area).sum()),
+    )
+
+
+@pytest.mark.parametrize("contacts", [3, 4, 7])
+def test_elastic_joint_is_exact_from_three_points_on(contacts: int):
+    b, t = 0.24, 0.11
+    rotational, normal = rotational_stiffness(contacts, "lobatto", b, t)
+    assert rotational == pytest.approx(5e9 * t * b**3 / 12, rel=1e-13)
+    assert normal == pytest.approx(5e9 * t * b, rel=1e-13)
+
+
+BRICK = np.array(rectangle(0.0, 0.0, 0.24, 0.075))
+
+
+def test_interfaces_of_deformable_blocks_join_pieces_of_facets() -> None:
+    assembly = Assembly()
+    assembly.add_block(rectangle(0.0, 0.0, 0.24, 0.075), zone_size=0.06)
+    assembly.add_block(rectangle(0.12, 0.075, 0.36, 0.15), zone_size=0.04)
+    assembly.add_block(rectangle(0.0, 0.15, 0.36, 0.2))
+    model = assembly.build(Solver(lump_block_elasticity=False))
+    face, mesh = model.interfaces, model.mesh
+    lower = (face.block_a == 0) & (face.block_b == 1)
+    assert face.length[lower].sum() == pytest.approx(0.12)
+    assert lower.sum() == 4  # gridpoints of either side part the bed, at 0, 20 (twice: 0, 40, 60, 80), ... mm
+    owner = np.repeat(mesh.block, np.diff(mesh.first_facet))[mesh.piece_facet]
+    assert len(owner) == (face.body_a > model.n_blocks).sum() + (face.body_b > model.n_blocks).sum()
+    for body, block in ((face.body_a, face.block_a), (face.body_b, face.block_b)):
+        facet = body > model.n_blocks
+        np.testing.assert_array_equal(owner[body[facet] - model.n_blocks - 1], block[facet])
+        np.testing.assert_array_equal(body[~facet], block[~facet])
+        assert (block[~facet] == 2).all()
+    every = np.concatenate((mesh.dof_x, mesh.dof_y))
+    assert every.min() == 3 * model.n_bodies
+    assert every.max() < model.size
+    # each interface lies within its facets, its piece in its middle
+    piece = face.body_a - model.n_blocks - 1
+    inner = piece >= 0
+    ends = mesh.x[mesh.facets[mesh.piece_facet[np.where(inner, piece, 0)]]]
+    middle = np.column_stack((face.x, face.y))
+    np.testing.assert_allclose(mesh.piece_middle[piece[inner]], middle[inner], atol=1e-12)
+    assert (face.x - face.length / 2 >= ends.min(axis=1) - 1e-9)[inner].all()
+    assert (face.x + face.length / 2 <= ends.max(axis=1) + 1e-9)[inner].all()
+
+
+@pytest.mark.parametrize("bad", [-1.0, float("nan"), float("inf")])
+def test_a_size_that_is_no_length_is_refused(bad: float) -> None:
+    with pytest.raises(InputError, match="zone_size"):
+        Assembly().add_block(BRICK, zone_size=bad)
+
+
+def test_a_slip_of_the_unit_is_refused_before_it_fills_the_memory() -> None:
+    with pytest.raises(InputError, match=r"zone_size = 1e-06 m: would cut one block into \d+ zones"):
+        cut_into_zones(BRICK, 1e-6)
+    bricks = [BRICK + np.array([0.24 * i, 0.0]) for i in range(9)]
+    with pytest.raises(InputError, match="in all"):
+        mesh_of(bricks, dict.fromkeys(range(9), 0.00055))
+
+
+@pytest.mark.parametrize(("cut", "stands"), [(1e-3, True), (1e-6, True), (1e-8, False)])
+def test_an_edge_that_zones_cannot_tell_from_a_point_is_refused(cut: float, stands: bool) -> None:
+    corners = np.array([(cut, 0.0), (0.24, 0.0), (0.24, 0.075), (0.0, 0.075), (0.0, cut)])
+    if stands:
+        pattern, _ = cut_into_zones(corners, 0.075)
+        assert len(pattern.zones) == 4 * 5 * 4
+    else:
+        with pytest.raises(InputError, match=r"an edge of 1.41421e-08 m is too short"):
+            cut_into_zones(corners, 0.075)

@@ -1,6 +1,8 @@
-"""From a scene to its model: weights, kinds, strengths, joints, jambs."""
+"""From a scene to its model: weights, kinds, strengths, joints, head joints, jambs."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,9 +30,6 @@ def vertical(scene: Scene) -> np.ndarray:
     return wall_model(scene).supports.load.reshape(-1, 3)
 
 
-# -- loads ------------------------------------------------------------------------------------------------------------
-
-
 def test_total_load_is_weight_and_roof(bryant: Scene, house: Scene):
     for scene in (bryant, house):
         area = scene.wall.length * scene.wall.height - sum(o.width * o.height for o in scene.opening)
@@ -47,40 +46,6 @@ def test_roof_load_lies_evenly_on_the_top_course_alone(bryant: Scene):
     assert (roof[course < 31] == 0).all()
     assert roof[course == 31][[0, 1, 12, -1]] == pytest.approx([500 * 0.24 / 0.5 / 2, 240, 240, 120])  # 1 kN/m
     assert roof.sum() == pytest.approx(6000.0)
-
-
-# -- kinds ------------------------------------------------------------------------------------------------------------
-
-
-def test_dpc_lies_between_its_courses_and_nowhere_else(bryant: Scene):
-    geometry = wall_geometry(bryant)
-    face = geometry.interfaces
-    dpc = face.kind == ContactKind.DPC
-    np.testing.assert_allclose(face.y[dpc], 0.15, atol=1e-12)  # on top of two courses
-    assert face.length[dpc].sum() == pytest.approx(6.0)
-    at_level = np.isclose(face.y, 0.15) & (face.normal_y > 0.5)
-    assert (dpc == at_level).all()
-    course = geometry.blocks.course
-    assert (course[face.block_a[dpc]] == 1).all()
-    assert (course[face.block_b[dpc]] == 2).all()
-    assert (geometry.joint_material[dpc] == 1).all()
-    assert (geometry.joint_material[~dpc] == 0).all()
-
-
-@pytest.mark.parametrize("course", [1, 5, 31])
-def test_dpc_on_another_course(course: int):
-    face = wall_geometry(Scene(dpc=Dpc(course=course))).interfaces
-    np.testing.assert_allclose(face.y[face.kind == ContactKind.DPC], 0.075 * course, rtol=1e-12)
-
-
-def test_contacts_stand_for_the_whole_area_of_their_interface(house: Scene):
-    for solver in (Solver(), Solver(contacts_per_interface=5), Solver(quadrature="midpoint", contacts_per_interface=1)):
-        face = wall_model(Scene(opening=house.opening, solver=solver)).interfaces
-        np.testing.assert_allclose(face.contact_area.sum(axis=1), 0.11 * face.length, rtol=1e-12)
-        assert (np.abs(face.contact_offset) <= face.length[:, None] / 2 * (1 + 1e-12)).all()
-
-
-# -- joints and their strengths ----------------------------------------------------------------------------------------
 
 
 def test_block_elasticity_in_series_with_bed_and_perpend():
@@ -117,31 +82,10 @@ def test_residual_tension_obeys_the_apex_too():
     assert model.apex_limited == 0  # counts intact joints
 
 
-# -- fields -----------------------------------------------------------------------------------------------------------
-
-
-def test_a_field_gives_each_joint_its_own_value_and_leaves_the_other_material_alone(house: Scene):
-    geometry = wall_geometry(house)
-    count = len(geometry.joints.kind)
-    tension, friction = 1e3 + np.arange(count), 0.2 + 1e-4 * np.arange(count)
-    model = wall_model(house, {"joint.tensile_strength": tension, "dpc.friction": friction})
-    face, dpc = model.interfaces, model.interfaces.kind == ContactKind.DPC
-    np.testing.assert_array_equal(model.properties.tensile_strength[~dpc], tension[face.joint[~dpc]])
-    assert (model.properties.tensile_strength[dpc] == 0).all()
-    np.testing.assert_array_equal(model.properties.friction[dpc], friction[face.joint[dpc]])
-    assert (model.properties.friction[~dpc] == 0.75).all()
-    # a residual friction that is not given follows
-    np.testing.assert_array_equal(model.properties.residual_friction[dpc], friction[face.joint[dpc]])
-    assert (model.properties.cohesion[~dpc] == 0.375e6).all()
-
-
 @pytest.mark.parametrize("field", [{"wall.length": 3}, {"joint.colour": 3}, {"dpc.course": 3}, {"cohesion": 3}])
 def test_what_cannot_vary_from_joint_to_joint(field: dict):
     with pytest.raises(InputError, match="only properties of joint, head_joint and dpc"):
         wall_model(Scene(), {k: np.ones(v) for k, v in field.items()})
-
-
-# -- movement and jambs ------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("kind", ["dishing", "doming"])
@@ -162,3 +106,56 @@ def test_dpc_above_the_wall_that_openings_make():
     scene = Scene(dpc=Dpc(course=31), opening=(Opening(x=2.4, y=0.11, width=0.96, height=0.11),))
     with pytest.raises(InputError, match=r"dpc.course = 31: the wall has 31 courses; take 1 to 30"):
         wall_model(scene)
+
+
+def scene(**tables: Any) -> Scene:
+    wall = {"length": 1.2, "height": 0.45}
+    return Scene.from_dict({"wall": wall, "movement": {"central_deflection": 1e-3}, **tables})
+
+
+def test_keys_and_factors_hold_for_heads_alone() -> None:
+    joint = {"tensile_strength": 0.4e6, "cohesion": 0.5e6, "fracture_energy": 20.0}
+    head = {"cohesion": 0.3e6, "factor": {"tensile_strength": 0.56, "fracture_energy": 0.66}}
+    model = wall_model(scene(joint=joint, head_joint=head))
+    law, heads = model.properties, model.interfaces.kind == ContactKind.HEAD_JOINT
+    np.testing.assert_allclose(law.tensile_strength[heads], 0.56 * 0.4e6)
+    np.testing.assert_allclose(law.cohesion[heads], 0.3e6)
+    np.testing.assert_allclose(law.critical_opening[heads], 2 * 0.66 * 20.0 / (0.56 * 0.4e6))
+    beds = model.interfaces.kind == ContactKind.BED_JOINT
+    np.testing.assert_allclose(law.tensile_strength[beds], 0.4e6)
+    np.testing.assert_allclose(law.cohesion[beds], 0.5e6)
+
+
+@pytest.mark.parametrize("given", [None, {"tensile_strength": 0.1e6}, {"factor": {"tensile_strength": 0.5}}])
+def test_values_that_vary_from_joint_to_joint(given: dict[str, Any] | None) -> None:
+    described = scene() if given is None else scene(head_joint=given)
+    joints = wall_model(described).joints
+    drawn = np.linspace(0.2e6, 0.4e6, len(joints.kind))
+    model = wall_model(described, {"joint.tensile_strength": drawn})
+    heads = model.interfaces.kind == ContactKind.HEAD_JOINT
+    expected = drawn[model.interfaces.joint[heads]]
+    if given is not None:
+        expected = 0.5 * expected if "factor" in given else np.full_like(expected, 0.1e6)
+    np.testing.assert_allclose(model.properties.tensile_strength[heads], expected)
+    own = wall_model(described, {"joint.tensile_strength": drawn, "head_joint.tensile_strength": 0.3 * drawn})
+    np.testing.assert_allclose(own.properties.tensile_strength[heads], 0.3 * drawn[model.interfaces.joint[heads]])
+
+
+STRENGTHS = ("tensile_strength", "cohesion", "residual_tensile_strength", "residual_cohesion")
+MORTAR = Joint(tensile_strength=0.2e6, cohesion=0.3e6, residual_tensile_strength=0.05e6, residual_cohesion=0.1e6)
+SMALL = Scene(wall=Wall(length=1.2, height=0.45, block_length=0.4, block_height=0.15), joint=MORTAR)
+
+
+def test_all_strengths_of_beds_and_heads_are_multiplied_and_nothing_else() -> None:
+    times = {name: 1.5 * getattr(MORTAR, name) for name in STRENGTHS}
+    found = wall_model(replace(SMALL, joint=replace(MORTAR, strength_factor=1.5))).properties
+    expected = wall_model(replace(SMALL, joint=replace(MORTAR, **times))).properties
+    for name, value in found._asdict().items():
+        assert value == pytest.approx(getattr(expected, name), rel=1e-15), name
+
+
+def test_what_makes_no_joint_is_refused() -> None:
+    with pytest.raises(InputError, match="dilation"):
+        scene(head_joint={"friction": 0.1, "dilation": 0.2})
+    with pytest.raises(InputError, match="strength_factor"):
+        scene(joint={"strength_factor": 0.0})

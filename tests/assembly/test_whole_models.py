@@ -68,7 +68,6 @@ SCENES: dict[str, dict[str, Any]] = {
 
 
 def scene_of(name: str) -> Scene:
-    """Scene of a small wall."""
     tables = SCENES[name]
     own = tables.get("movement", {})
     size = {"central_deflection": 3e-3} if own.get("shape", "arc") in ("arc", "jacks") else {}

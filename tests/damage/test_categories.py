@@ -1,11 +1,20 @@
-"""Limits of AS 2870 and BRE 251 exactly at their edges, groups, plasterboard, and joints that do not count."""
+"""Limits of damage tables and scales exactly at their edges, groups, plasterboard, joints that do not count."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from damagepred.damage import Cracks, group_widths, load_table, read_table
+from damagepred.damage import (
+    Cracks,
+    deviation_limits,
+    group_widths,
+    load_strain_table,
+    load_table,
+    read_table,
+    sticking_limits,
+)
+from damagepred.damage.limits import load_scale
 from damagepred.errors import InputError
 from damagepred.scene import Damage, Scene
 from tests.damage.pattern import Pattern, rules_of
@@ -58,9 +67,6 @@ def test_plasterboard_with_bre_is_refused():
         load_table("bre251").with_plasterboard()
 
 
-# -- the group rule --------------------------------------------------------------------------------------------------
-
-
 def test_a_group_may_make_the_highest_category_and_none_beyond(data_folder: Path, tmp_path: Path):
     """Two cracks of 3 mm are category 4 of 4 by a table that says so; category 5 there is none."""
     text = (data_folder / "damage" / "as2870.toml").read_text(encoding="utf-8")
@@ -71,9 +77,6 @@ def test_a_group_may_make_the_highest_category_and_none_beyond(data_folder: Path
     file.write_text(text.replace("[group]\ncategory = 3", "[group]\ncategory = 5"), encoding="utf-8")
     with pytest.raises(InputError, match=r"group\.category"):
         read_table(file)
-
-
-# -- what is wall, what is base, what is dpc -------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -92,9 +95,6 @@ def test_a_dpc_under_pressure_is_closed(on_dpc: Pattern):
     assert on_dpc.judge().dpc_opening_max == 0.0
 
 
-# -- separation length -----------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("threshold", [0.1, 0.5, 1.0, 1.5])
 def test_separation_length_of_a_triangular_gap(on_dpc: Pattern, threshold: float):
     """Gap 8 mm in the middle, straight down to nothing at the ends: open by more than w over L (1 - w/8)."""
@@ -109,3 +109,26 @@ def test_separation_length_of_a_triangular_gap(on_dpc: Pattern, threshold: float
 def test_exactly_the_threshold_is_not_more_than_it(on_dpc: Pattern):
     on_dpc.opening[on_dpc.map.is_dpc] = 1 * MM
     assert on_dpc.judge(Damage(dpc_threshold=1 * MM)).dpc_separation_length == 0.0
+
+
+SCALES = {
+    "width": (load_table("as2870").by_width, load_table("as2870").limits),
+    "psi": (load_scale("psi").level, load_scale("psi").limits),
+    "slope": (deviation_limits().level, deviation_limits().limits),
+    "sticking": (lambda angle: sticking_limits().level(angle, 0.0 * angle, 0.0 * angle), sticking_limits().angle),
+}
+
+
+@pytest.mark.parametrize("name", SCALES)
+def test_what_is_unknown_has_no_level(name: str):
+    level, limits = SCALES[name]
+    assert level(np.array([np.nan, 2.0 * limits[-1]])).tolist() == [-1, len(limits)]
+
+
+def test_a_strain_that_meets_a_limit_has_the_category_below():
+    table = load_strain_table()
+    strain = np.array(table.limits)
+    assert table.by_strain(strain).tolist() == [0, 1, 2, 3]
+    assert table.by_strain(strain * (1 + 1e-10)).tolist() == [0, 1, 2, 3]
+    assert table.by_strain(strain * (1 + 1e-6)).tolist() == [1, 2, 3, 4]
+    assert table.by_strain([np.nan]).tolist() == [-1]

@@ -72,7 +72,6 @@ def expected(ds, states: list[dict], function=None) -> np.ndarray:
 
 @pytest.fixture
 def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """A study judged by own states, and its folder."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own_severity.py").write_text(FUNCTION)
     text = STUDY + '[scene.damage]\nfunction = "own_severity:severity"\n' + in_toml(STATES, "scene.damage")
@@ -109,7 +108,6 @@ def test_commands_take_the_names(study, command) -> None:
     assert said.code == 0
     assert "2 软" in said.out
     assert command("export", "own.dp", "openquake", "--categories", "软", "--extrapolated").code == 0
-    assert command("sensitivity", "own.dp", "--category", "软").code in (0, 2), "too few walls perhaps"
     said = command("estimate", "own.dp", "--category", "Haariss", "--at", "4 mm")
     assert said.code == 2
     assert "category = 'Haariss': must be a number from 1, or one of Haarriss schön, 软, einsturz" in said.err

@@ -27,9 +27,6 @@ def moved(place: np.ndarray, xx: float = 0.0, xy: float = 0.0, yx: float = 0.0, 
     return np.column_stack((xx * x + xy * y, yx * x + yy * y, np.full(len(x), (yx - xy) / 2)))
 
 
-# -- level and plumb -------------------------------------------------------------------------------------------------
-
-
 def test_a_wall_that_leans_is_level_and_one_that_slopes_is_plumb():
     lines = gauges(wall_model(HOUSE)).lines
     np.testing.assert_allclose(lines.deviation(moved(blocks(), xy=0.01)), (0.01, 0.0, 0.0), atol=1e-15)
@@ -52,14 +49,11 @@ def test_blocks_without_courses_are_not_measured():
     assert np.isnan(lines.deviation(np.zeros((4, 3)))).all()
 
 
-# -- openings --------------------------------------------------------------------------------------------------------
-
-
 def frame(state: np.ndarray) -> tuple[float, float, float]:
     """Width change, distortion and change of a diagonal of an opening 2 x 1 m, of its corners' displacements (4, 2)."""
     own = Frames(np.arange(4)[None], np.zeros((1, 4, 2)), CORNERS)
     found = own.distortion(np.column_stack((state, np.zeros(4))))
-    return tuple(float(v[0]) for v in found)  # type: ignore[return-value]
+    return tuple(float(v[0]) for v in found)
 
 
 @pytest.mark.parametrize("shear", [0.003, -0.003])

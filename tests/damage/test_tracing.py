@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from damagepred.damage import HAIRLINE, Growth, Numbered, find_cracks
+from damagepred.damage import HAIRLINE, Cracks, Growth, Numbered, find_cracks
 from damagepred.damage.tracing import (
     DIAGONAL,
     DPC_OPENING,
@@ -116,9 +116,6 @@ def _without(wall: Pattern, keep: np.ndarray) -> Pattern:
     return wall
 
 
-# -- dpc and base ----------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("slip", [0.0, HAIRLINE, HAIRLINE * (1 + 1e-9), 1 * MM])
 @pytest.mark.parametrize("opening", [0.0, HAIRLINE, HAIRLINE * (1 + 1e-9), 1 * MM])
 def test_a_piece_of_the_dpc_is_open_or_slid_not_both(opening: float, slip: float):
@@ -127,9 +124,6 @@ def test_a_piece_of_the_dpc_is_open_or_slid_not_both(opening: float, slip: float
     wall.slide("bed", 10, 2, slip)
     expected = [DPC_OPENING] if opening > HAIRLINE else [DPC_SLIP] if slip > HAIRLINE else []
     assert [f.part for f in cracks(wall)] == expected
-
-
-# -- through increments ----------------------------------------------------------------------------------------------
 
 
 def test_a_crack_keeps_its_number_as_it_grows_and_the_older_one_wins():
@@ -154,9 +148,6 @@ def test_a_crack_keeps_its_number_as_it_grows_and_the_older_one_wins():
     assert (merged.first_increment, merged.first_piece // 3) == (0, wall.place("bed", 10, 4))
     wall.open("head", 6, 8, 1 * MM)  # numbers are not used twice
     assert [f.number for f in step(3)] == [1, 3]
-
-
-# -- through bricks --------------------------------------------------------------------------------------------------
 
 
 def test_yielded_zones_join_cracks_across_a_brick():
@@ -213,3 +204,41 @@ def test_a_control_joint_parts_cracks(kind: int):
     assert len(find_cracks(wall.map, wall.opening, wall.slip, wall.cracked).width) == expected
     if expected == 2:
         assert [round(f.crack.length / HALF) for f in cracks(wall)] == [4, 4]
+
+
+def first_cracks(wall: Pattern) -> Cracks:
+    return find_cracks(wall.map, wall.opening, wall.slip, wall.cracked)
+
+
+def test_psi_of_one_crack_of_a_tenth_of_a_millimetre_is_one():
+    wall = Pattern()
+    assert wall.judge().psi == 0.0
+    wall.open("head", 4, 2, 0.1 * MM)
+    assert wall.judge().psi == pytest.approx(2 * 0.1**0.3)
+    assert wall.judge().psi == pytest.approx(1.0, abs=0.003)
+
+
+def test_psi_weighs_cracks_by_displacement_and_length_and_counts_those_that_slid():
+    wall = Pattern()
+    wall.vertical(4, 2 * MM)  # six head joints and the five beds between, of half a brick
+    wall.slide("bed", 10, 3, 3 * MM)
+    long, short = found = first_cracks(wall).length
+    assert found.tolist() == [max(found), min(found)]
+    assert first_cracks(wall).joints.tolist() == [11]
+    mean = (2.0**2 * long + 3.0**2 * short) / (2.0 * long + 3.0 * short)
+    assert wall.judge().psi == pytest.approx(2 * 2**0.15 * mean**0.3)
+    wall.slide("head", 4, 2, 1.5 * MM)
+    assert first_cracks(wall).displacement[0] == pytest.approx(np.hypot(2, 1.5) * MM)
+
+
+def test_a_closed_crack_is_none():
+    wall = Pattern()
+    wall.open("head", 4, 2, -1 * MM)
+    assert len(first_cracks(wall).width) == 0
+
+
+def test_partly_cracked_joint_counts_where_it_is_cracked():
+    wall = Pattern()
+    wall.open("bed", 4, 3, (2 * MM, 1 * MM, 0.5 * MM))
+    wall.cracked[wall.place("bed", 4, 3), 0] = False
+    assert first_cracks(wall).width.tolist() == [1 * MM]

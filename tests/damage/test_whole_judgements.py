@@ -79,8 +79,8 @@ def test_tables_and_limits_are_their_list() -> None:
     parts |= parts_of([load_scale(name) for name in ("psi", "tilt")], "scale")
     length, ground = np.array([2.0, 6.0, 18.0]), np.array([-2e-4, 0.0, 3e-4])
     for kind in ("sagging", "hogging"):
-        parts |= parts_of(beam_strain(4e-4, length, 2.4, kind, ground_strain=ground), kind)  # type: ignore[arg-type]
-        parts |= parts_of(deflection_over_strain(length, 2.4, kind, 2.4), f"{kind} ratio")  # type: ignore[arg-type]
+        parts |= parts_of(beam_strain(4e-4, length, 2.4, kind, ground_strain=ground), kind)
+        parts |= parts_of(deflection_over_strain(length, 2.4, kind, 2.4), f"{kind} ratio")
     check_parts(LISTS / "tables.txt", parts)
 
 

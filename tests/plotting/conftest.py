@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -69,7 +67,7 @@ def _on_footing(kind: str, shape: str) -> Scene:
         wall=WALL,
         dpc=Dpc(course=1),
         footing=Footing(width=0.1, depth=0.05, elastic_modulus=1e9),
-        movement=Movement(kind=kind, shape=shape, central_deflection=0.2e-3, increments=4),  # type: ignore[arg-type]
+        movement=Movement(kind=kind, shape=shape, central_deflection=0.2e-3, increments=4),
         solver=RIGID,
     )
 

@@ -1,7 +1,5 @@
 """The contents of a figure in plain lines: axes, artists with their style, and their data in a few numbers."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from itertools import groupby
@@ -52,7 +50,6 @@ def pixels(ax: Axes, *points: Any) -> Any:
 
 
 def of_axes(ax: Axes) -> Iterator[str]:
-    """Lines of some axes and of what they hold."""
     frame = "".join(name[0] for name, spine in ax.spines.items() if spine.get_visible()) if ax.axison else "off"
     lines = "".join(
         axis.axis_name for axis in (ax.xaxis, ax.yaxis) if any(g.get_visible() for g in axis.get_gridlines())
@@ -76,7 +73,6 @@ def of_axes(ax: Axes) -> Iterator[str]:
 
 
 def described(ax: Axes, artist: Artist) -> tuple[str, list[Any]] | None:
-    """Style of an artist in words, and its data."""
     label = re.sub(r"^_child\d+$", "_", str(artist.get_label()))
     alpha = f" alpha {artist.get_alpha():g}" if isinstance(artist.get_alpha(), float) else ""
     common = f"{label!r} z{artist.get_zorder():g}{alpha}{'' if artist.get_clip_on() else ' unclipped'}"
@@ -105,7 +101,6 @@ def described(ax: Axes, artist: Artist) -> tuple[str, list[Any]] | None:
 
 
 def of_collection(artist: Collection, common: str) -> tuple[str, list[Any]]:
-    """Style of a collection, and its corners or its points."""
     edge = artist.get_edgecolor()
     paint = [] if isinstance(artist, LineCollection) else artist.get_facecolor()
     style = (
@@ -138,7 +133,6 @@ def of_text(ax: Axes, text: Text, common: str) -> tuple[str, list[Any]]:
 
 
 def of_handle(handle: Artist) -> str:
-    """Look of a line or a patch."""
     if isinstance(handle, Line2D):
         dashes = number(handle._dash_pattern[1]) if handle.is_dashed() else ""
         ink = [

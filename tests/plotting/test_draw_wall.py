@@ -1,14 +1,29 @@
-from __future__ import annotations
+"""Drawings of one wall: deformed, its footing, its path and its stresses."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 import damagepred
+from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
-from damagepred.plotting import draw_cracks, draw_wall
-from damagepred.plotting.geometry import Faces, Motion, ground_profile, round_exaggeration
-from damagepred.scene import Movement
+from damagepred.plotting import draw, draw_cracks, draw_wall
+from damagepred.plotting.geometry import (
+    Deformed,
+    Faces,
+    Motion,
+    footing_blocks,
+    footing_rise,
+    ground_profile,
+    open_stretches,
+    round_exaggeration,
+)
+from damagepred.plotting.sheet import moved_to
+from damagepred.plotting.stress import bending_stress, block_stress
+from damagepred.scene import Mound, Movement
 
 
 def test_gaps_are_as_wide_as_the_stored_openings(cracked):
@@ -69,3 +84,132 @@ def test_the_legend_names_the_categories_that_are_drawn(cracked: xr.Dataset):
     assert "open or slid by more than 0.05 mm" in ax.get_title(loc="left").replace("\n", " ")
     timed = cracked.assign_coords(time=("increment", 0.25 * np.arange(cracked.sizes["increment"])))
     assert "cracks at 0.75 s" in draw_cracks(timed).get_title(loc="left")
+
+
+def test_the_ground_of_a_mound_is_its_formula_below_the_footing(on_mound):
+    x, height, rise = ground_profile(on_mound, -1, ContactKind.SOIL)
+    assert height == pytest.approx(np.full(len(x), -0.05))
+    own = Mound().profile(x, 1.2, "doming")
+    assert np.ptp(own) > 1e-3
+    np.testing.assert_allclose(rise, own, atol=1e-6)
+    shape = Deformed.of(on_mound, 0, 1000.0).shape  # under dead load the footing lies on the datum
+    assert shape[:, 1].min() == pytest.approx(-0.05, abs=1e-4)
+
+
+def test_the_footing_goes_where_the_archive_says(on_jacks):
+    x, rise = footing_rise(on_jacks, -1, footing_blocks(on_jacks))
+    assert (np.diff(x) > 0).all()
+    middle, ends = np.interp(0.6, x, rise), (rise[0] + rise[-1]) / 2
+    assert ends - middle == pytest.approx(float(on_jacks.central_deflection[-1]), rel=1e-9)
+    ax = draw(on_jacks, "footing_rise")
+    assert ax.lines[-1].get_ydata() == pytest.approx(1e3 * rise)
+
+
+def test_open_stretches_are_interpolated():
+    x = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
+    assert open_stretches(x, np.array([0.0, 2.0, 2.0, 2.0, 0.0]), 1.0) == [(0.5, 3.5)]
+    assert open_stretches(x, np.array([2.0, 0.0, 0.0, 0.0, 4.0]), 1.0) == [(0.0, 0.5), (3.25, 4.0)]
+    assert open_stretches(x, np.full(5, 0.5), 1.0) == []
+    assert open_stretches(x, np.full(5, 2.0), 1.0) == [(0.0, 4.0)]
+
+
+@pytest.mark.parametrize("variable", ["dpc_opening", "footing_rise", "jack_load", "opening_width_change"])
+def test_variables_of_parts_that_a_wall_lacks_are_refused(cracked, variable):
+    with pytest.raises(InputError, match=f"variable = '{variable}'"):
+        draw(cracked, variable)
+
+
+def test_width_of_an_opening_with_one_jamb_is_unknown(on_dpc):
+    lame = on_dpc.copy(deep=True)
+    lame["opening_width_change"][:] = np.nan
+    (line,) = (line for line in draw(lame, "opening_width_change").lines if line.get_label().startswith("window"))
+    assert line.get_label().endswith(": unknown")
+
+
+def test_openings_are_named_by_kind_size_and_place(on_dpc):
+    ds = on_dpc.copy()
+    values = {"left": [0.25, 1.5], "sill": [0.9, 0.0], "width": [1.25, 0.8], "height": [0.6, 2.0]}
+    ds = ds.drop_dims("opening").assign({f"opening_{name}": ("opening", v) for name, v in values.items()})
+    change = np.array([[0.0, 0.0], [1.0, -2.0], [3.0, -4.0], [5.0, -7.0]]) * 1e-3
+    ds["opening_width_change"] = ("increment", "opening"), change
+    drawn = {
+        line.get_label(): line.get_ydata()
+        for line in draw(ds, "opening_width_change").lines
+        if len(line.get_xdata()) == 4
+    }
+    assert list(drawn) == ["window 1: 1.25 x 0.60 m, at 0.25 m", "door 2: 0.80 x 2.00 m, at 1.50 m"]
+    np.testing.assert_allclose(list(drawn.values()), 1e3 * change.T)
+    ds["opening_sill"] = "opening", [np.nan, 0.0]
+    assert draw(ds, "opening_width_change").lines[1].get_label() == "opening 1"
+
+
+def test_the_movement_of_a_picture_in_words(deformable):
+    def said(ds, increment=-1):
+        return moved_to(ds, increment)
+
+    assert [said(deformable, i) for i in (2, 1, 0)] == [f"a central deflection of {mm} mm" for mm in ("1", "0.5", "0")]
+    grown = deformable.assign(progress=("increment", [0.0, 0.4, 1.0]))
+    grown["central_deflection"] = 0.0 * grown["central_deflection"]
+    assert (said(grown, 1), said(grown, 0)) == ("40 % of the movement", "a central deflection of 0 mm")
+    assert said(deformable.assign_coords(time=("increment", [0.0, 0.25, 0.75])), 1) == "0.25 s"
+    wall = Deformed.of(deformable, -1, 2.5)
+    assert wall.scale == "displacements exaggerated 2.5 times"
+    width, height = np.ptp(wall.shape, axis=0)
+    assert wall.sheet_height(2.0) == pytest.approx(9.2 * height / width + 2.0)
+
+
+def test_a_variable_that_cannot_be_drawn_is_named(deformable, cracked, study):
+    with pytest.raises(InputError, match=r"variable = 'stress_zz': the dataset has no such variable.*stress_smallest"):
+        draw(deformable, "stress_zz")
+    with pytest.raises(InputError, match="increment = 7"):
+        draw(deformable, "stress_xx", increment=7)
+    with pytest.raises(InputError, match="zone_state"):
+        draw(cracked, "zone_state")
+    with pytest.raises(InputError, match="contact_normal_stress"):
+        draw(study, "stress_xx")
+    with pytest.raises(InputError, match="neither a field"):
+        draw(cracked, "opening_left" if "opening_left" in cracked else "group_count")
+    with pytest.raises(InputError, match="static runs"):
+        draw(cracked.assign_coords(time=("increment", np.arange(cracked.sizes["increment"]))), "stress_xx")
+
+
+@pytest.mark.thorough
+def test_every_variable_of_a_wall_has_a_picture(deformable, on_jacks):
+    """Numbers of blocks, contacts, zones, gridpoints, sections, or of increments; all others are refused by name."""
+    for ds in (deformable, on_jacks):
+        drawn = []
+        for name in ds.variables:
+            ax = Figure().add_subplot()
+            if "increment" in ds[name].dims or ds[name].dims in [("block",), ("contact",), ("zone",), ("gridpoint",)]:
+                assert draw(ds, str(name), ax) is ax
+                drawn.append(name)
+            else:
+                with pytest.raises(InputError, match=f"variable = '{name}'"):
+                    draw(ds, str(name), ax)
+        assert len(drawn) > 30
+
+
+def test_elastic_blocks_show_their_bending_about_the_mean_stress_of_their_joints() -> None:
+    scene = damagepred.Scene.from_dict(
+        {
+            "wall": {"length": 1.44, "height": 0.3},
+            "joint": {"tensile_strength": 1e8, "cohesion": 1e8},
+            "movement": {"kind": "doming", "central_deflection": "0.5 mm", "increments": 1},
+            "solver": {"blocks": "elastic"},
+        }
+    )
+    ds = damagepred.solve(scene)
+    bending = bending_stress(ds, -1).reshape(-1, 4)  # rectangles, bottom left first
+    height = scene.wall.block_height
+    expected = 0.5 * height * scene.block.elastic_modulus * ds["block_curvature"].values[-1]
+    assert np.abs(expected).max() > 1e4
+    for corner, sign in enumerate((1.0, 1.0, -1.0, -1.0)):
+        assert bending[:, corner] == pytest.approx(sign * expected, abs=1e-6 * np.abs(expected).max())
+    # mean stress is strain and contraction: s_xx = E eps + nu s_yy
+    stress, block = block_stress(ds, -1), scene.block
+    along = block.elastic_modulus * ds["block_strain"].values[-1] + block.poisson_ratio * stress[:, 1]
+    assert stress[:, 0] == pytest.approx(along, abs=1e-3 * np.abs(stress).max())
+    (drawn,) = (c for c in draw(ds, "stress_xx").collections if c.get_label() == "elastic blocks")
+    assert len(drawn.get_paths()) > 3
+    rigid = damagepred.solve(replace(scene, solver=replace(scene.solver, blocks="rigid")))
+    assert "elastic blocks" not in [c.get_label() for c in draw(rigid, "stress_xx").collections]

@@ -1,7 +1,5 @@
 """Whole pictures of invented results, artist by artist, against the lists in ``pictures/`` (see ``tests.recorded``)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -88,12 +86,10 @@ def solved(name: str) -> xr.Dataset:
 
 
 def scene(**tables: Any) -> Scene:
-    """Scene of few large blocks."""
     return Scene.from_dict({"wall": WALL, **tables})
 
 
 def comparison() -> xr.Dataset:
-    """Two categories in three studies at three movements."""
     shape = (3, 2, 3)
     base = np.linspace(0.05, 0.9, 18).reshape(shape)
     names = ("probability", "probability_lower", "probability_upper", "difference", "difference_lower")
@@ -110,26 +106,21 @@ def comparison() -> xr.Dataset:
 
 
 def search(quantity: str) -> xr.Dataset:
-    """Five alternatives of a design search, two measures."""
     middle = np.array([0.30, 0.22, 0.12, 0.16, 0.05]) * (1.0 if quantity == "probability" else 1e4)
     of = "alternative"
     return xr.Dataset(
-        {
-            "cost": (of, [0.0, 500.0, 900.0, 1200.0, 2500.0]),
-            quantity: (of, middle),
-            f"{quantity}_lower": (of, 0.7 * middle),
-            f"{quantity}_upper": (of, 1.2 * middle),
-            "decision": (of, [2, 2, 1, 0, 0]),
-            "value": ("measure", [-0.08, 0.03]),
-            "value_error": ("measure", [0.02, 0.01]),
-        },
+        (
+            {"cost": (of, [0.0, 500.0, 900.0, 1200.0, 2500.0]), quantity: (of, middle)}
+            | {f"{quantity}_lower": (of, 0.7 * middle), f"{quantity}_upper": (of, 1.2 * middle)}
+            | {"decision": (of, [2, 2, 1, 0, 0]), "value": ("measure", [-0.08, 0.03])}
+            | {"value_error": ("measure", [0.02, 0.01])}
+        ),
         {"measure": ["deeper footing", "more $"]},
         {"quantity": quantity, "limit": 0.2, "chosen": "" if quantity == "probability" else "deep"},
     )
 
 
 def portfolio(houses: int) -> xr.Dataset:
-    """Houses of a street, the third without probabilities."""
     reached = np.outer(np.linspace(0.9, 0.2, houses), [1.0, 0.6, 0.3, 0.1])
     reached[2] = np.nan
     return xr.Dataset(
@@ -176,14 +167,12 @@ def posterior(alike: bool) -> xr.Dataset:
 
 
 def scales() -> xr.Dataset:
-    """Agreement of three scales."""
     shares = np.array([[1.0, 0.75, np.nan], [0.75, 1.0, 0.4], [np.nan, 0.4, 1.0]])
     of = {"agreement": (("scale", "other"), shares), "share_reached": ("scale", [0.5, 0.2, 0.1])}
     return xr.Dataset(of, {"scale": ["AS 2870", "BRE $", "psi"]})
 
 
 def shares() -> xr.Dataset:
-    """Sensitivities of three inputs, the second the strongest."""
     values = {"spearman": [0.2, -0.7, 0.05], "partial": [0.3, -0.8, 0.1], "first_order": [0.1, 0.6, np.nan]}
     of = {name: ("variable", np.array(v)) for name, v in values.items()}
     for name, v in values.items():
@@ -212,11 +201,6 @@ def extrapolated(curves: xr.Dataset) -> xr.Dataset:
     ds["median"] = "category", [2e-3, 9e-3, np.nan]
     ds["median_lower_bound"] = "category", [np.nan, 5e-3, np.nan]
     return ds.assign(empirical=ds["probability"].fillna(0.0))
-
-
-def in_motion(wall: xr.Dataset) -> xr.Dataset:
-    """Wall in motion: against time."""
-    return wall.assign_coords(time=("increment", 0.25 * np.arange(wall.sizes["increment"])))
 
 
 def weighted(study: xr.Dataset) -> xr.Dataset:
@@ -271,8 +255,9 @@ PICTURES: dict[str, tuple[str, Draw]] = {
     "hysteresis": ("history", lambda ds: plotting.draw(ds, "dpc_opening_max")),
     "load": ("pier", lambda ds: plotting.draw(ds, "load_force", against="load_displacement")),
     "history": ("on_jacks", plotting.draw_history),
+    "history_on_mound": ("on_mound", plotting.draw_history),
     "history_in_stages": ("history", plotting.draw_history),
-    "history_in_time": ("cracked", lambda ds: plotting.draw_history(in_motion(ds))),
+    "history_in_time": ("cracked", lambda ds: plotting.draw_history(ds.assign_coords(time=0.25 * ds["increment"]))),
     "scene_tree": ("", lambda _: plotting.draw_scene(scene(**FOOTED))),
     "scene_history": ("", lambda _: plotting.draw_scene(scene(movement={"stage": [SAG, HOG]}))),
     "scene_jacks": ("", lambda _: plotting.draw_scene(scene(**ON_JACKS))),

@@ -50,9 +50,6 @@ def again(ds: xr.Dataset, **rules) -> list:
     return damagepred.judge_again(ds, **rules)["damage_category"].values.tolist()
 
 
-# -- limits and groups, at their edges -------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("plasterboard", "limit"), [(False, 3.0), (True, 4.5)])
 def test_groups_at_their_edge(plasterboard: bool, limit: float):
     group = [[limit * (1 - 1e-6), limit, limit * (1 - 1e-15), limit + 1e-6]]
@@ -109,9 +106,6 @@ def test_what_cannot_be_is_said(rules: dict, words: str):
         again(study([[4.0]]).drop_vars("crack_width_max"))
 
 
-# -- paths that ended ------------------------------------------------------------------------------------------------
-
-
 def test_no_values_beyond_the_end_of_a_path():
     nan = np.nan
     ds = study(
@@ -150,9 +144,6 @@ def test_what_an_older_archive_does_not_hold_is_said():
     ):
         with pytest.raises(InputError, match=f"of an older version, does not hold {name}"):
             damagepred.judge_again(ds, **rules)
-
-
-# -- the same as solving again ---------------------------------------------------------------------------------------
 
 
 def run(folder: Path, rules: str, movement: str = "path") -> xr.Dataset:
