@@ -1,7 +1,5 @@
 """Parameters of one joint, for tests that call the joint law itself."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from damagepred.assembly import Model
@@ -14,7 +12,6 @@ Strength = tuple[float, float, float]
 
 
 def joint_arrays(model: Model, options: ReturnMapping) -> JointArrays:
-    """Joints of a model, as laws take them."""
     records = model.interface_records
     contacts = records.edge, records.contact_offset, records.contact_area, records.elastic
     return JointArrays(*contacts, model.joint_parameters, options, 0.0, model.block_stress)

@@ -1,6 +1,4 @@
-"""Line search along a step, on a spring of one degree of freedom."""
-
-from __future__ import annotations
+"""Line search along a step, and Newton's method with it, on parts of one degree of freedom."""
 
 from types import SimpleNamespace
 
@@ -8,6 +6,7 @@ import numpy as np
 import pytest
 
 from damagepred.arrays import FloatArray
+from damagepred.kernels.equilibrium import newton
 from damagepred.kernels.equilibrium.line_search import line_search
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.residual import _parameters_of
@@ -24,7 +23,6 @@ class Spring:
         self.rest, self.limit, self.evaluations = rest, limit, 0
 
     def residual(self, jack: float, displacement: FloatArray, coulomb: bool, force: FloatArray) -> float:
-        """Compute the residual force."""
         self.evaluations += 1
         force[0] = 1.0 - displacement[0] / self.rest
         return abs(force[0]) if displacement[0] <= self.limit else np.inf
@@ -52,3 +50,40 @@ def test_step_that_leads_where_there_is_no_residual_is_halved(limit: float) -> N
     spring = Spring(rest=10.0, limit=limit)
     assert 0.5 * limit < spring.search() <= limit
     assert spring.evaluations <= 2 - np.log2(limit)
+
+
+class SlidingPart:
+    """One degree of freedom: a constant force of 1 N, and a stop of stiffness 1 N/m at a distance.
+
+    Without the stop the tangent is the regularisation alone.
+    """
+
+    parameters, regularisation, stiffness, deflection = _parameters_of(DEFAULTS, 1e-9), 0.1, None, np.nan
+
+    def __init__(self, distance: float) -> None:
+        self.distance, self.iterations, self.room = distance, 0, np.empty((4, 1))
+
+    def residual(self, jack: float, displacement: FloatArray, coulomb: bool, force: FloatArray) -> float:
+        force[0] = 1.0 - max(displacement[0] - self.distance, 0.0)
+        return abs(force[0])
+
+    def solve(self, _: None, bordered: bool, displacement: FloatArray, force: FloatArray, step: FloatArray) -> float:
+        self.iterations += 1
+        step[0] = force[0] / (self.regularisation + float(displacement[0] > self.distance))
+        return 0.0
+
+
+STEPS_OF_NEWTON = SimpleNamespace(
+    residual=lambda wall, state, *values: wall.residual(*values), solve=lambda wall, state, *values: wall.solve(*values)
+)
+
+
+@pytest.mark.parametrize("distance", [0.0, 5.0, 100.0, 1e3, 1e4])
+def test_part_that_slides_freely_reaches_its_stop(distance: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A step of the regularisation's length is 10 m: without longer ones, 1000 would lead to the farthest stop."""
+    part, found = SlidingPart(distance), np.empty(1)
+    monkeypatch.setattr(newton, "line_search", line_search.py_func)
+    ratio, _ = newton.newton_with_line_search.py_func(STEPS_OF_NEWTON, part, part, 0.0, np.zeros(1), found)
+    assert ratio < 1e-9
+    assert found[0] == pytest.approx(distance + 1.0)
+    assert part.iterations <= 30

@@ -41,9 +41,6 @@ FEATURES = ("plain", "residual", "dilation", "softening", "residual strength", "
 EXPONENTIAL = ("exponential", "exponential slip")
 
 
-# -- random joints ----------------------------------------------------------------------------------------------------
-
-
 def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointProperties:
     """Return joints with one feature of the law; or with all compatible features."""
     has = {name: (feature == name) | ((feature == ALL) & (rng.random(count) < 0.5)) for name in FEATURES}
@@ -124,7 +121,6 @@ def evaluate_tresca(joints, cracked, kappa, bound, e, shear):
 
 @numba.njit
 def cycle(joints, i, u_n, u_s, slip, dilatant_opening, cracked, kappa):
-    """Apply the explicit solver's law once."""
     p = joints[i]
     return explicit_update(u_n, u_s, slip, dilatant_opening, cracked, kappa, p, True, Softening(True))
 
@@ -141,9 +137,6 @@ def rested(joints, cracked, kappa, e, shear, cycles):
             )
         found[i] = np.array((sigma, tau, slip, dilatant_opening, 1.0 if broken else 0.0))
     return found
-
-
-# -- stresses ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.thorough
@@ -307,9 +300,6 @@ def test_along_paths_of_small_steps_both_laws_are_the_same(feature: str) -> None
     assert fine.sum() < 0.3 * coarse.sum() + 1e-7
 
 
-# -- slopes -----------------------------------------------------------------------------------------------------------
-
-
 def slopes_by_difference(stresses, e, shear, step):
     """Return nn, ns, sn, ss by one-sided differences, and whether both sides agree (no kink)."""
     found, smooth = [], np.ones(len(e), dtype=np.bool_)
@@ -342,9 +332,6 @@ def test_slopes(feature: str) -> None:
     assert (dilatancy[smooth] < 0).any() == (feature in ("cap", ALL))
 
 
-# -- frozen -----------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("feature", FEATURES + EXPONENTIAL)
 def test_the_tresca_law_has_a_convex_energy(feature: str) -> None:
     """Its force is monotone and uncoupled; its slopes are those of its stresses."""
@@ -369,9 +356,6 @@ def test_the_tresca_law_has_a_convex_energy(feature: str) -> None:
     expected, smooth = slopes_by_difference(stresses, *here, 1e-11)
     assert smooth.sum() > 0.95 * COUNT
     assert (np.abs(one[:, 2:6] - expected) < 1e-4 * K_N)[smooth].all()
-
-
-# -- the kernels that loop over all contacts --------------------------------------------------------------------------
 
 
 def pairs(joints: JointProperties) -> Model:

@@ -51,9 +51,6 @@ def work(openings, stress):
     return np.trapezoid(stress, openings)
 
 
-# -- opening and closing ---------------------------------------------------------------------------------------------
-
-
 def test_tension_rises_to_strength_and_softens_to_zero_at_the_critical_opening():
     stress, _ = pull(U_0 * np.array([0.5, 1.0 - 1e-12]))
     np.testing.assert_allclose(stress, [0.5 * F_T, F_T], rtol=1e-11)
@@ -107,9 +104,6 @@ def test_integrity_only_decreases_and_limits_the_stress():
                 last = left
 
 
-# -- the brittle limit -----------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("psi", [0.0, 0.3])
 @pytest.mark.parametrize("brittle", [False, True])
 @pytest.mark.parametrize("strength", [(F_T, COHESION, FRICTION), (0.0, 0.0, FRICTION), (0.0, COHESION, 0.0)])
@@ -129,9 +123,6 @@ def test_no_critical_opening_is_the_brittle_law_to_the_last_bit(psi, brittle, st
             assert stress == again
             assert one == other
             assert one[3] == 0.0
-
-
-# -- shear -------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("far", [1.5, 3.0, 6.0, 20.0])
@@ -189,9 +180,6 @@ def test_what_dilation_opens_is_no_crack():
     stress, history = contact(dilatant_opening + 3 * U_0, 0.0, (0.0, dilatant_opening, False, 0.0), psi=0.2)
     assert stress[0] == pytest.approx(F_T * bond(3 * U_0))
     assert history == pytest.approx((0.0, dilatant_opening, True, 3 * U_0))
-
-
-# -- the same law with branches ----------------------------------------------------------------------------------------
 
 
 def by_branches(opening, shear, slip, cracked, kappa, brittle):

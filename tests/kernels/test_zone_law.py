@@ -118,9 +118,6 @@ def compliance(plane, nu=NU):
     return c
 
 
-# -- parameters ------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("friction", [0.0, 0.3, 0.75, 2.0])
 def test_parameters_of_strength(friction):
     u, n, m, tension, at_no_pressure, sine, inverse_n = zone_strength(1e6, friction, friction / 2, NO_LIMIT)
@@ -153,9 +150,6 @@ def test_elasticity_inverts_hooke_s_law(plane):
     assert (nu, inverse) == (NU, 1 / E)
 
 
-# -- quick test ------------------------------------------------------------------------------------------------------
-
-
 @plane_and_material
 def test_quick_yield_check_finds_the_limit_along_any_ray(plane, material):
     """From a stress inside, up to 1e-8 before the limit and from 1e-8 beyond it."""
@@ -176,9 +170,6 @@ def test_quick_yield_check_finds_the_limit_along_any_ray(plane, material):
     beyond = Returned(inside + (high * (1 + 1e-8))[hit, None] * direction[hit], elasticity, strength)
     assert nearly.elastic.all()
     assert not beyond.elastic.any()
-
-
-# -- the return ------------------------------------------------------------------------------------------------------
 
 
 @plane_and_material
@@ -283,94 +274,7 @@ def test_associated_return_is_the_closest_point(plane, material, nu):
     assert (np.abs(closest - principal(result.stress)[:, :free]).max(axis=1) <= 1e-8 * size).all()
 
 
-# -- closed forms along paths ----------------------------------------------------------------------------------------
-
-
-def drive(plane, material, strained, steps, held=(), nu=NU):
-    """Strain one zone in steps, with the other strains such that their stresses stay as ``held`` says."""
-    elasticity, strength = parameters(plane, material, nu)
-    c11, c12, c33, c13, czz, _, _ = elasticity
-    stiffness = np.array([[c11, c12, 0, c13], [c12, c11, 0, c13], [0, 0, c33, 0], [c13, c13, 0, czz]])
-    free = np.isnan(strained)
-    strain, plastic = np.zeros(4), np.zeros(4)
-    stresses, codes = [], []
-    for _ in range(steps):
-        strain[:3] += np.where(free, 0.0, strained)
-        for _ in range(30):
-            result = Returned((strain - plastic) @ stiffness * [1, 1, 1, czz > 0], elasticity, strength)
-            off = result.stress[0, :3][free] - held
-            if not free.any() or np.abs(off).max() < 1e-6:
-                break
-            strain[np.flatnonzero(free)] -= np.linalg.solve(result.tangent[0][np.ix_(free, free)], off)
-        else:
-            raise AssertionError("stress not held")
-        if plane == "stress":
-            result.strain[0, 3] = 0.0
-        plastic += result.strain[0]
-        stresses.append(result.stress[0])
-        codes.append(result.code[0])
-    return np.array(stresses), np.array(codes)
-
-
 NAN = float("nan")
-COHESIVE = ["brick", "dilating", "associated", "metal", "rough"]
-
-
-@pytest.mark.parametrize("material", COHESIVE)
-@pytest.mark.parametrize("plane", PLANES)
-def test_uniaxial_compression(plane, material):
-    """2 C cos(phi) / (1 - sin(phi)), in both planes: plane strain presses s_zz, which the least limit ignores."""
-    cohesion, friction, _, _ = MATERIALS[material]
-    phi = math.atan(friction)
-    expected = 2 * cohesion * math.cos(phi) / (1 - math.sin(phi))
-    stress, code = drive(plane, material, [NAN, -1.5 * expected / E / 50, 0.0], 100, [0.0])
-    assert stress[-1, 1] == pytest.approx(-expected, rel=1e-9)
-    assert code[-1] == SHEAR
-    assert code[0] == ELASTIC
-    assert stress[:, 1].min() >= -expected * (1 + 1e-9)
-
-
-@pytest.mark.parametrize("material", ["brick", "metal", "metal with cut-off", "rough", "shear never", "to the apex"])
-def test_uniaxial_tension_in_plane_stress(material):
-    """The cut-off, or before it 2 C cos(phi) / (1 + sin(phi)) by shear over the free faces."""
-    cohesion, friction, _, cut_off = MATERIALS[material]
-    phi = math.atan(friction)
-    by_shear = 2 * cohesion * math.cos(phi) / (1 + math.sin(phi))
-    stress, code = drive("stress", material, [1.5e6 / E / 20, NAN, 0.0], 60, [0.0])
-    assert stress[-1, 0] == pytest.approx(min(by_shear, cut_off), rel=1e-9)
-    assert code[-1] == (TENSION if cut_off <= by_shear else SHEAR)
-
-
-@pytest.mark.parametrize("material", [*COHESIVE, "sand"])
-@pytest.mark.parametrize("confinement", [0.2e6, 5e6])
-def test_triaxial_in_plane_strain(material, confinement):
-    """sigma_1 = N sigma_3 + 2 C sqrt(N), pressures, at any confinement."""
-    cohesion, friction, _, _ = MATERIALS[material]
-    n = math.tan(math.pi / 4 + math.atan(friction) / 2) ** 2
-    expected = n * confinement + 2 * cohesion * math.sqrt(n)
-    # first isotropic confinement, then axial strain alone
-    stress, code = drive("strain", material, [NAN, -3 * expected / E / 60, 0.0], 120, [-confinement])
-    assert stress[-1, 0] == pytest.approx(-confinement, rel=1e-9)
-    assert stress[-1, 1] == pytest.approx(-expected, rel=1e-9)
-    assert stress[:, 1].min() >= -expected * (1 + 1e-9)
-    assert code[-1] == SHEAR
-
-
-@pytest.mark.parametrize("plane", PLANES)
-def test_isotropic_tension_reaches_the_tensile_strength(plane):
-    elongation = [1e-4, 1.01e-4, 0.0]
-    stress, code = drive(plane, "brick", elongation, 30)
-    cut_off = MATERIALS["brick"][3]
-    across = 2 * NU * cut_off * (plane == "strain")  # what the other two leave elastic
-    assert stress[-1] == pytest.approx([cut_off, cut_off, 0.0, across], abs=1e-6)
-    assert code[-1] == TENSION
-    cohesion, friction, _, _ = MATERIALS["to the apex"]
-    stress, code = drive(plane, "to the apex", elongation, 60)
-    if plane == "strain":
-        assert stress[-1] == pytest.approx(np.array([1, 1, 0, 1]) * cohesion / friction, abs=1e-6)
-
-
-# -- tangent ---------------------------------------------------------------------------------------------------------
 
 
 @plane_and_material
@@ -394,9 +298,6 @@ def test_tangent_is_the_slope_of_the_return(plane, material, dilation):
     assert compared.mean() > 0.75
     assert np.bincount(result.code[compared & ~result.elastic], minlength=4).sum() > 100
     assert worst[compared].max() < 2e-4
-
-
-# -- axes, rounding, what is no number -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("plane", PLANES)

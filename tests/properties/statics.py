@@ -3,8 +3,6 @@
 No check uses the solvers' own diagnostics: forces are summed from the contact stresses.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, fields, is_dataclass, replace
 from typing import NamedTuple
 
@@ -26,8 +24,6 @@ LAW_WITHIN = 1e-5
 
 
 class Found(NamedTuple):
-    """A model and its solved increments."""
-
     model: Model
     path: list[Increment]
 

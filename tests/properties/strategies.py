@@ -77,40 +77,29 @@ def _ground(draw: st.DrawFn, length: float) -> dict[str, Any]:
 
 @st.composite
 def scenes(draw: st.DrawFn) -> dict[str, Any]:
-    """Tables of a scene with any of its values set."""
     length, height = draw(number(1.0, 20.0)), draw(number(0.5, 6.0))
-    wall = {
-        "length": length,
-        "height": height,
-        "thickness": draw(number(0.05, 0.5)),
-        "block_length": draw(number(0.05, 0.6)),
-        "block_height": draw(number(0.03, 0.3)),
-        "bond": draw(st.sampled_from(["running", "stack"])),
-    }
+    wall = (
+        {"length": length, "height": height, "thickness": draw(number(0.05, 0.5))}
+        | {"block_length": draw(number(0.05, 0.6)), "block_height": draw(number(0.03, 0.3))}
+        | {"bond": draw(st.sampled_from(["running", "stack"]))}
+    )
     block_friction = draw(number(0, 2))
     friction, cohesion, tension = draw(number(0, 2)), draw(strength(1e6)), draw(strength(1e6))
     tables: dict[str, Any] = {
         "title": draw(TITLES),
         "wall": wall,
-        "block": {
-            "elastic_modulus": draw(number(1e6, 1e11)),
-            "density": draw(st.just(0.0) | number(50, 1e4)),
-            "cohesion": draw(st.none() | strength(1e8)),
-            "friction": block_friction,
-            "dilation": draw(number(0, block_friction)),
-            "tensile_strength": draw(st.none() | strength(1e8)),
-        },
-        "joint": {
-            "normal_stiffness": draw(number(1e6, 1e13)),
-            "friction": friction,
-            "cohesion": cohesion,
-            "tensile_strength": tension,
-            "dilation": draw(number(0, friction)),
-            "residual_cohesion": draw(st.just(0.0) | number(min(10.0, cohesion), cohesion)),
-            "residual_friction": draw(st.none() | number(0, 2)),
-            "brittle_shear": draw(st.booleans()),
-            "fracture_energy": draw(st.none() | number(1e-3, 1e4)),
-        },
+        "block": (
+            {"elastic_modulus": draw(number(1e6, 1e11)), "density": draw(st.just(0.0) | number(50, 1e4))}
+            | {"cohesion": draw(st.none() | strength(1e8)), "friction": block_friction}
+            | {"dilation": draw(number(0, block_friction)), "tensile_strength": draw(st.none() | strength(1e8))}
+        ),
+        "joint": (
+            {"normal_stiffness": draw(number(1e6, 1e13)), "friction": friction, "cohesion": cohesion}
+            | {"tensile_strength": tension, "dilation": draw(number(0, friction))}
+            | {"residual_cohesion": draw(st.just(0.0) | number(min(10.0, cohesion), cohesion))}
+            | {"residual_friction": draw(st.none() | number(0, 2)), "brittle_shear": draw(st.booleans())}
+            | {"fracture_energy": draw(st.none() | number(1e-3, 1e4))}
+        ),
         "movement": {
             "kind": draw(st.sampled_from(["dishing", "doming"])),
             "central_deflection": draw(number(0, 0.1)),

@@ -12,7 +12,6 @@ SEEDS = [0, 12, 27, 32, 46, 67, 95]
 
 
 def wall_on_jacks(seed: int) -> Scene:
-    """Return a wall of random laws and size on jacks."""
     draw = np.random.default_rng(seed)
     cohesion, softens = float(draw.uniform(0.02, 0.4)) * 1e6, draw.random() < 0.3
     draw.random()
@@ -33,23 +32,17 @@ def wall_on_jacks(seed: int) -> Scene:
         "increments": 5,
         "shape": "jacks",
     }
-    wall = {
-        "length": float(draw.uniform(1.0, 2.0)),
-        "height": float(draw.uniform(0.4, 0.9)),
-        "block_length": 0.2,
+    wall = {"length": float(draw.uniform(1.0, 2.0)), "height": float(draw.uniform(0.4, 0.9)), "block_length": 0.2} | {
         "block_height": 0.15,
         "thickness": 0.11,
         "bond": str(draw.choice(["running", "stack"])),
     }
-    scene: dict[str, object] = {
-        "wall": wall,
-        "block": {"elastic_modulus": float(10 ** draw.uniform(9.0, 10.0)), "density": 2000.0},
-        "joint": joint,
-        "footing": {"width": 0.3, "depth": float(draw.choice([0.1, 0.2, 0.3]))},
-        "movement": movement,
-        "loads": {"roof": float(draw.choice([0.0, 2000.0]))},
-        "rig": {"stop_at_zero": bool(draw.random() < 0.5)},
-    }
+    scene: dict[str, object] = (
+        {"wall": wall, "block": {"elastic_modulus": float(10 ** draw.uniform(9.0, 10.0)), "density": 2000.0}}
+        | {"joint": joint, "footing": {"width": 0.3, "depth": float(draw.choice([0.1, 0.2, 0.3]))}}
+        | {"movement": movement, "loads": {"roof": float(draw.choice([0.0, 2000.0]))}}
+        | {"rig": {"stop_at_zero": bool(draw.random() < 0.5)}}
+    )
     if draw.random() < 0.5:
         scene["dpc"] = {"course": 1, "friction": float(draw.uniform(0.3, 0.8))}
     return Scene.from_dict(scene)
@@ -71,13 +64,10 @@ def test_the_load_of_jacks_is_found(seed: int) -> None:
 def test_a_stiff_wall_lifts_off_where_bilateral_supports_would_pull(length: float, courses: int, depth: float) -> None:
     """Its jacks then carry all of its weight: no equilibrium exists at a larger deflection."""
     tables: dict[str, object] = {
-        "wall": {
-            "length": length,
-            "height": courses * 0.14,
-            "block_length": length / 2.0,
-            "block_height": 0.14,
-            "thickness": 0.13,
-        },
+        "wall": (
+            {"length": length, "height": courses * 0.14, "block_length": length / 2.0, "block_height": 0.14}
+            | {"thickness": 0.13}
+        ),
         "block": {"elastic_modulus": 6e9, "density": 2000.0},
         "joint": {"normal_stiffness": 4e10, "shear_stiffness": 1e10, "tensile_strength": 5e6, "cohesion": 9e6},
         "footing": {"width": 0.4, "depth": depth, "elastic_modulus": 8e9, "density": 2200.0},

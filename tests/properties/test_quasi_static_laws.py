@@ -44,7 +44,7 @@ def random_wall(law: str, seed: int, length: float = 1.2) -> tuple[Scene, Model]
         opening=opening,
         dpc=Dpc(course=1, friction=float(rng.uniform(0.3, 0.6))) if rng.random() < 0.5 else None,
         movement=Movement(
-            kind=str(rng.choice(["dishing", "doming"])),  # type: ignore[arg-type]
+            kind=str(rng.choice(["dishing", "doming"])),
             central_deflection=float(rng.uniform(1e-3, 5e-3)),
             increments=5,
         ),
@@ -129,9 +129,6 @@ def test_equilibria_of_more_walls(law: str, seed: int) -> None:
     check_path(model, follow(model, scene.movement.increments), scene.movement.increments)
 
 
-# -- energy -----------------------------------------------------------------------------------------------------------
-
-
 def sliding_wall() -> Model:
     """An unbreakable wall that slides on its dpc."""
     wall = Wall(length=1.2, height=0.45, block_length=0.3, block_height=0.15)
@@ -156,9 +153,6 @@ def test_where_no_bond_breaks_the_energy_error_falls_with_the_number_of_incremen
         error[increments] = last.energy.energy_error / abs(last.energy.external_work)
     assert error[80] < 1e-2
     assert error[80] < 0.5 * error[20] < 0.5 * error[5]
-
-
-# -- mirror -----------------------------------------------------------------------------------------------------------
 
 
 def images(model: Model, other: Model, length: float) -> tuple[np.ndarray, np.ndarray]:

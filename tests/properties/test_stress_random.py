@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import damagepred
 from damagepred.errors import DamagepredError
 from damagepred.one_wall.judged_path import model_of
-from damagepred.scene import Movement, Scene, Wall
+from damagepred.scene import BlockMaterial, Joint, Movement, Scene, Solver, Wall
 from damagepred.scene.reading import build
 from damagepred.solvers import solve_path
 from tests.properties.statics import Found, energy_made, not_finite, statics
@@ -30,23 +31,17 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
     length, height = draw(number(0.05, 0.6)), draw(number(0.03, 0.3))
     friction, stiffness = draw(st.sampled_from([0.0, 0.3, 0.75, 2.0])), draw(number(8, 13))
     tables: dict[str, Any] = {
-        "wall": {
-            "length": units * length,
-            "height": courses * height,
-            "block_length": length,
-            "block_height": height,
-            "bond": draw(st.sampled_from(["running", "stack"])),
-        },
+        "wall": (
+            {"length": units * length, "height": courses * height, "block_length": length}
+            | {"block_height": height, "bond": draw(st.sampled_from(["running", "stack"]))}
+        ),
         "block": {"density": draw(size(1e2, 1e4)), "elastic_modulus": 10.0 ** draw(number(7, 11))},
-        "joint": {
-            "normal_stiffness": 10.0**stiffness,
-            "shear_stiffness": 10.0 ** (stiffness - draw(number(0, 1))),
-            "tensile_strength": draw(size(1.0, 1e8)),
-            "cohesion": draw(size(1.0, 1e8)),
-            "friction": friction,
-            "dilation": friction * draw(st.sampled_from([0.0, 0.0, 0.5])),
-            "brittle_shear": draw(st.booleans()),
-        },
+        "joint": (
+            {"normal_stiffness": 10.0**stiffness, "shear_stiffness": 10.0 ** (stiffness - draw(number(0, 1)))}
+            | {"tensile_strength": draw(size(1.0, 1e8)), "cohesion": draw(size(1.0, 1e8)), "friction": friction}
+            | {"dilation": friction * draw(st.sampled_from([0.0, 0.0, 0.5]))}
+            | {"brittle_shear": draw(st.booleans())}
+        ),
         "movement": {
             "kind": draw(st.sampled_from(["dishing", "doming"])),
             "increments": draw(st.sampled_from([1, 3])),
@@ -115,3 +110,15 @@ def test_the_checks_find_a_wrong_result() -> None:
     )
     nothing = np.full_like(last.displacement, np.nan)
     assert not_finite(Found(model, [replace(last, displacement=nothing)])) == f"displacement in increment {last.number}"
+
+
+def test_a_single_brick() -> None:
+    scene = Scene(
+        wall=Wall(length=0.24, height=0.075),
+        movement=Movement(central_deflection=1e-3, increments=2),
+        solver=Solver(method="quasi_static"),
+    )
+    ds = damagepred.solve(scene)
+    assert ds.attrs["status"] == "complete"
+    weightless = replace(scene, block=BlockMaterial(density=0.0), joint=Joint(tensile_strength=0.0, cohesion=0.0))
+    assert damagepred.solve(weightless, on_failure="return").attrs["status"] in ("complete", "collapsed")

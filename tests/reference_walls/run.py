@@ -1,20 +1,15 @@
-"""Results and times of reference walls, before and after a change of the code.
+"""Results of reference walls, before and after a change of the code; times: ``tests/regressions``.
 
 Run: python tests/reference_walls/run.py record FOLDER
      python tests/reference_walls/run.py compare FOLDER [--only NAME ...] [--tolerance 1e-12]
-     python tests/reference_walls/run.py time CHECKOUT [--only NAME ...] [--scenes data/*.toml] [--rounds 3]
      python tests/reference_walls/run.py digests [REVISION ...] [--only NAME ...]
 
-Results are compared bit by bit. Times are processor times of this version and of another checkout, taken in turn: of
-each wall and each further scene, and of the start of a process up to its first result, with compiled kernels.
-``digests`` writes a digest of the fields of each wall for each revision as a row of ``digests.csv``: equal digests are
-equal bits, on the machine named in the row.
+Results are compared bit by bit. ``digests`` writes a digest of the fields of each wall for each revision as a row of
+``digests.csv``: equal digests are equal bits, on the machine named in the row.
 
 Small walls, one for each mechanism, a study, one of its samples replayed, and its fragility curves. Results
 depend on the machine's BLAS, so they are recorded where they are compared and are not part of the repository.
 """
-
-from __future__ import annotations
 
 import argparse
 import hashlib
@@ -24,7 +19,6 @@ import os
 import subprocess
 import sys
 import tempfile
-import time
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -43,13 +37,11 @@ VARYING = ("run_time", "machine")
 
 
 def walls() -> dict[str, str]:
-    """Return the scenes as TOML, by name."""
     tables = tomllib.loads((HERE / "walls.toml").read_text(encoding="utf-8"))
     return {name: tomli_w.dumps(table) for name, table in tables.items()}
 
 
 def scene_of(text: str) -> damagepred.Scene:
-    """Return the scene of a text in TOML."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "wall.toml"
         file.write_text(text, encoding="utf-8")
@@ -57,7 +49,6 @@ def scene_of(text: str) -> damagepred.Scene:
 
 
 def solved(scene: str) -> xr.Dataset:
-    """Solve one wall, all increments even if it fails."""
     return damagepred.solve(scene_of(scene), on_failure="return")
 
 
@@ -78,7 +69,6 @@ def studied() -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def results(only: list[str], studies: bool = True) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield names and datasets of all that is compared."""
     for name, scene in walls().items():
         if not only or name in only:
             yield name, solved(scene)
@@ -167,7 +157,6 @@ def write_digests(revisions: list[str], only: list[str]) -> int:
 
 
 def record(folder: Path, only: list[str]) -> int:
-    """Write all results into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, ds in results(only):
         ds.to_netcdf(folder / f"{name}.nc")
@@ -191,57 +180,14 @@ def compare(folder: Path, only: list[str], tolerance: float) -> int:
     return worst
 
 
-def times(only: list[str], files: list[str]) -> dict[str, float]:
-    """Processor time (s) of each wall: the shortest of three runs, after one that compiles; and of the first result."""
-    scenes = {name: scene_of(text) for name, text in walls().items() if not only or name in only}
-    scenes |= {Path(file).stem: damagepred.Scene.from_toml(file) for file in files}
-    taken: dict[str, float] = {}
-    for name, scene in scenes.items():
-        runs = []
-        for _ in range(4):
-            begun = time.process_time()
-            damagepred.solve(scene, on_failure="return")
-            runs.append(time.process_time() - begun)
-            taken.setdefault("start of a process", time.process_time())
-        taken[name] = min(runs[1:])
-    return taken
-
-
-def compare_times(checkout: Path, only: list[str], files: list[str], rounds: int) -> int:
-    """Print the shortest times of this version and of another checkout, which take turns, and their ratios."""
-    versions = {"other": checkout.resolve(), "this": HERE.parents[1]}
-    shortest: dict[str, dict[str, float]] = {version: {} for version in versions}
-    for _ in range(rounds):
-        for version, folder in versions.items():
-            command = [sys.executable, __file__, "--only", *only, "--scenes", *files, "--", "times"]
-            run = subprocess.run(
-                command, check=True, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(folder)}
-            )
-            for name, taken in json.loads(run.stdout).items():
-                shortest[version][name] = min(taken, shortest[version].get(name, np.inf))
-    for version in versions:
-        taken = shortest[version]
-        taken["all walls"] = sum(taken.values()) - taken["start of a process"]
-    for name, taken in shortest["this"].items():
-        before = shortest["other"][name]
-        print(f"{name}: {1e3 * before:.1f} ms in the other, {1e3 * taken:.1f} ms here, ratio {taken / before:.3f}")
-    return 0
-
-
 def main(arguments: list[str] | None = None) -> int:
-    """Record, compare, or take times."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    choices = ("record", "compare", "time", "times", "digests", "digests-here")
-    parser.add_argument("what", choices=choices, help="times, digests-here: of this version, as JSON")
-    parser.add_argument("folder", nargs="*", help="of recorded results, or a checkout of another version; revisions")
+    choices = ("record", "compare", "digests", "digests-here")
+    parser.add_argument("what", choices=choices, help="digests-here: of this version, as JSON")
+    parser.add_argument("folder", nargs="*", help="of recorded results; revisions")
     parser.add_argument("--only", nargs="*", default=[], help="names of walls, or study")
-    parser.add_argument("--scenes", nargs="*", default=[], help="scene files whose time is taken, too")
     parser.add_argument("--tolerance", type=float, default=0.0, help="relative difference allowed (0: bit by bit)")
-    parser.add_argument("--rounds", type=int, default=3, help="how often the versions take turns")
     given = parser.parse_args(arguments)
-    if given.what == "times":
-        print(json.dumps(times(given.only, given.scenes)))
-        return 0
     if given.what == "digests-here":
         print(json.dumps(digests(given.only)))
         return 0
@@ -250,12 +196,7 @@ def main(arguments: list[str] | None = None) -> int:
     if len(given.folder) != 1:
         parser.error(f"{given.what} needs a folder")
     folder = Path(given.folder[0])
-    match given.what:
-        case "record":
-            return record(folder, given.only)
-        case "compare":
-            return compare(folder, given.only, given.tolerance)
-    return compare_times(folder, given.only, given.scenes, given.rounds)
+    return record(folder, given.only) if given.what == "record" else compare(folder, given.only, given.tolerance)
 
 
 if __name__ == "__main__":

@@ -39,8 +39,6 @@ class Ready(NamedTuple):
 
 @dataclass(frozen=True)
 class Case:
-    """Something timed."""
-
     name: str
     unit: str
     prepare: Callable[[Path], Ready]
@@ -132,7 +130,7 @@ def path(solver: Solver) -> Callable[[Path], Ready]:
 def sample(folder: Path) -> Ready:
     """One sample of the small study of many tests, as a worker does it: drawn, solved, judged, archived."""
     study = Study(StudySettings.from_dict(tomllib.loads(SMALL_STUDY + '[scene.solver]\nblocks = "rigid"\n')))
-    study._prepare(place := study_folder(folder), 4)
+    study._prepare(place := StudyFolder(folder / "study.dp"), 4)
     values = {name: float(column[1]) for name, column in study.design.wall_values(4).items()}
     part = place.part_file(1, 1)
 
@@ -143,11 +141,6 @@ def sample(folder: Path) -> Ready:
         assert part.is_file()
 
     return Ready(work, 1e-3)
-
-
-def study_folder(folder: Path) -> StudyFolder:
-    """Return an empty study's folder."""
-    return StudyFolder(folder / "study.dp")
 
 
 def read_archive(folder: Path) -> Ready:
@@ -163,8 +156,6 @@ def fit_curves(folder: Path) -> Ready:
 
 
 def command(*words: str, says: str = "") -> Callable[[Path], Ready]:
-    """Return a process of Python that must print a given text."""
-
     def prepare(folder: Path) -> Ready:
         def work() -> None:
             run = subprocess.run([sys.executable, *words], check=True, capture_output=True, text=True, cwd=folder)

@@ -33,8 +33,6 @@ FASTER = 0.7
 
 
 class Found(NamedTuple):
-    """Measurements of a case."""
-
     case: Case
     rounds: Rounds
     count: float
@@ -61,8 +59,6 @@ def reference(processors: dict[str, dict[str, Any]], model: str) -> tuple[dict[s
 
 
 class Record:
-    """Measurements of this run, and the baseline."""
-
     def __init__(self, renew: bool) -> None:
         self.renew = renew
         self.found: list[Found] = []

@@ -24,7 +24,6 @@ def processor() -> float:
 
 
 def seconds(work: Work) -> float:
-    """Return the processor seconds of some work."""
     began = processor()
     work()
     return processor() - began
@@ -47,7 +46,6 @@ class Rounds:
         return lambda: self.yardstick.append(seconds(yardstick))
 
     def add(self, work: Work, yardstick: Work, rounds: int) -> None:
-        """Measure further rounds."""
         for _ in range(rounds):
             self.yardstick.append(seconds(yardstick))
             self.case.append(seconds(work))

@@ -1,7 +1,5 @@
 """Walls in the state in which their kernels are timed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numba
@@ -59,12 +57,10 @@ def bent(block: BlockMaterial, size: Wall) -> DampedTimeStepping:
 
 
 def whole(run: DampedTimeStepping) -> Callable[[int], object]:
-    """Return a function that runs cycles of the solver."""
     return lambda cycles: run._cycle(cycles, run.load_share, run.load_factor, 0.0)
 
 
 def alone(run: DampedTimeStepping) -> Callable[[int], object]:
     """Return a function that runs zones alone, at constant displacement."""
-    assert run.zones is not None
     zones, displacement, force = run.zones.packed[1], run.motion.displacement, run.motion.force.copy()
     return lambda cycles: zones_alone(zones, displacement, force, cycles)

@@ -66,12 +66,12 @@ def pair(x: float = 1.0, y: float = 0.5, spin: float = 20.0, shift: float = 0.0,
 def run(
     assembly: Assembly, duration: float, outputs: int = 10, solver: Solver = STIFF, **settings: object
 ) -> xr.Dataset:
-    dynamics = Dynamics(duration=duration, outputs=outputs, **settings)  # type: ignore[arg-type]
+    dynamics = Dynamics(duration=duration, outputs=outputs, **settings)
     return damagepred.solve(assembly, solver=solver, dynamics=dynamics)
 
 
 def started(model: Model, duration: float, outputs: int = 1, **settings: object) -> DynamicRun:
-    return dynamic_run(model, STIFF, Dynamics(duration=duration, outputs=outputs, **settings))  # type: ignore[arg-type]
+    return dynamic_run(model, STIFF, Dynamics(duration=duration, outputs=outputs, **settings))
 
 
 def momentum(course: DynamicRun) -> np.ndarray:

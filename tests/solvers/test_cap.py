@@ -15,7 +15,7 @@ from damagepred.scene import Dpc, Joint, Scene, Solver, Wall
 from tests.verification.test_energy_accounts import brickwork
 
 SOLVERS = {
-    method: Solver(method=method, lump_block_elasticity=False, tolerance=tolerance)  # type: ignore[arg-type]
+    method: Solver(method=method, lump_block_elasticity=False, tolerance=tolerance)
     for method, tolerance in (("explicit", 1e-4), ("quasi_static", 1e-6))
 }
 T, B = 0.11, 0.6
@@ -29,7 +29,6 @@ def solver(request: pytest.FixtureRequest) -> Solver:
 
 
 def boxes(joint: Joint) -> tuple[Assembly, int]:
-    """Return a box on a fixed plate, and the box."""
     wall = Assembly(thickness=T, gravity=(0.0, 0.0), joint=joint)
     wall.support(wall.add_block(rectangle(0.0, -0.1, B, 0.0)))
     return wall, wall.add_block(rectangle(0.0, 0.0, B, 0.1))
@@ -82,7 +81,6 @@ def test_a_crushed_corner_carries_an_eccentric_load(solver: Solver) -> None:
 
 def cone_and_ellipse(pressure: float, joint: Joint) -> float:
     """Return the shear stress a joint with a cap carries."""
-    assert joint.compressive_strength is not None
     ellipse = np.sqrt((joint.compressive_strength**2 - pressure**2) / joint.cap_shear)
     return float(min(joint.cohesion + pressure * joint.friction, ellipse))
 
@@ -130,7 +128,7 @@ def pushed_wall(joint: Joint, **other: object) -> xr.Dataset:
     wall.load(beam, y=-25e3)
     wall.support(beam, x=True, y=False, rotation=False)
     wall.move(beam, x=0.4e-3)
-    return damagepred.solve(wall, solver=Solver(symmetric_half=False, **other), increments=8)  # type: ignore[arg-type]
+    return damagepred.solve(wall, solver=Solver(symmetric_half=False, **other), increments=8)
 
 
 def test_condensed_courses_are_activated_where_they_would_be_crushed() -> None:
@@ -171,7 +169,6 @@ def test_a_shear_box_softens_to_its_residual_strength(solver: Solver, pressure: 
     """k_s (u - s) falls linearly with s from C + p tan phi to the residual at s_c = 2 G_f / (C - C_r)."""
     joint = WEARS
     critical = 2 * SHEAR_ENERGY / (joint.cohesion - joint.residual_cohesion)
-    assert joint.residual_friction is not None
     first = joint.cohesion + pressure * joint.friction
     left = joint.residual_cohesion + pressure * joint.residual_friction
     moved = 1.5 * critical

@@ -1,7 +1,5 @@
 """Collapse: just above the limit load, bracketed with few iterations, by a limit that allows for elasticity."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from typing import Any
@@ -37,7 +35,7 @@ def test_a_pushed_wall_that_creeps_above_its_limit_load_has_collapsed(method: st
     for i in (1, 2):
         wall.add_block(rectangle(0.0, 0.1 * i, 0.4, 0.1 * (i + 1)))
     wall.push_body(x=0.3 * 1.01)
-    settings = Solver(method=method, tolerance=None if method == "quasi_static" else 1e-5)  # type: ignore[arg-type]
+    settings = Solver(method=method, tolerance=None if method == "quasi_static" else 1e-5)
     last = list(solve_path(wall.build(settings), settings, 1))[-1]
     assert last.collapsed
     assert last.end.last_stable_load_factor == pytest.approx(1 / 1.01, abs=2e-3)
@@ -59,7 +57,7 @@ def test_a_brick_crushed_by_its_own_weight_collapses(method: str, cohesion: floa
     wall = Assembly(joint=Joint(tensile_strength=1e9, cohesion=1e9), block=weak)
     wall.add_block(rectangle(0.0, 0.0, 0.24, 0.075), zone_size=0.08)
     wall.rest_on_ground([0])
-    settings = Solver(method=method)  # type: ignore[arg-type]
+    settings = Solver(method=method)
     first = next(iter(solve_path(wall.build(settings), settings, 1)))
     assert first.collapsed == falls
     assert np.isfinite(first.residuals.unbalanced_force_ratio)
@@ -135,7 +133,6 @@ LENGTH, HEIGHT, WEIGHT = 0.24, 0.075, 2000.0 * 9.81 * 0.075
 
 
 def tall(count: int, normal_stiffness: float) -> Assembly:
-    """Return a bonded stack of rigid bricks."""
     bond = Joint(normal_stiffness=normal_stiffness, tensile_strength=1e12, cohesion=1e12)
     stack = Assembly(joint=bond)
     for i in range(count):

@@ -1,11 +1,15 @@
 """Continuation of the quasi-static solver: events, snap-through, symmetry, collapse, errors, energy."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import damagepred
+from damagepred import solve
+from damagepred.archive.cautions import wall_cautions
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ContactState
@@ -37,11 +41,8 @@ def cracking(**other: object) -> Scene:
             "movement": Movement(central_deflection=3e-3, increments=3),
             "solver": QUASI_STATIC,
             **other,
-        },  # type: ignore[arg-type]
+        },
     )
-
-
-# -- which bond breaks next -------------------------------------------------------------------------------------------
 
 
 def with_one_weak_bond(share: float, density: float = 2000.0) -> tuple[Model, int]:
@@ -109,12 +110,6 @@ def test_bonds_break_one_event_after_the_other_and_never_heal(monkeypatch: pytes
     assert sum(s.counters.events for s in steps) == len(progress)
 
 
-# -- symmetry ---------------------------------------------------------------------------------------------------------
-
-
-# -- jumps ------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("law", ["paper", "brittle shear", "residual strength"])
 def test_dynamic_relaxation_finds_the_same_equilibrium(law: str) -> None:
     _, model = random_wall(law, 1)
@@ -179,9 +174,6 @@ def test_a_wall_whose_residual_stays_large_is_refused(monkeypatch: pytest.Monkey
         list(quasi_static_path(model, briefly, scene.movement.increments))
 
 
-# -- collapse and errors ----------------------------------------------------------------------------------------------
-
-
 def between_piers(strength: float) -> Assembly:
     """A brick glued between two piers, the right one of which is pulled away; the left joint has its own strength."""
     # hardly any friction: it must not wedge
@@ -226,9 +218,52 @@ def test_an_increment_without_equilibrium_names_itself_and_a_block(monkeypatch: 
         steps.extend(solve_path(model, settings, 4))
     assert caught.value.increment == 2
     assert 0 <= caught.value.block < model.n_blocks
-    ds = damagepred.solve(small_scene(method="quasi_static"), on_failure="return")  # type: ignore[arg-type]
+    ds = damagepred.solve(small_scene(method="quasi_static"), on_failure="return")
     assert ds.attrs["status"] == "failed"
     assert "increment 2" in ds.attrs["status_message"]
 
 
-# -- what an increment tells of itself --------------------------------------------------------------------------------
+DATA = Path(__file__).resolve().parents[2] / "data"
+DRY = Joint(tensile_strength=0.0, cohesion=0.0)
+DEFLECTION = 4e-3
+
+
+def dry_wall(kind: str, length: float, height: float, increments: int, **solver: float) -> xr.Dataset:
+    movement = Movement(kind=kind, central_deflection=DEFLECTION, increments=increments)
+    wall = Wall(length=length, height=height)
+    return solve(Scene(wall=wall, joint=DRY, movement=movement, solver=Solver(**solver)))
+
+
+def difference(one: xr.Dataset, other: xr.Dataset) -> float:
+    """Largest difference of a block's final position, over the movement."""
+    x, y = (one[f"block_displacement_{a}"].values[-1] - other[f"block_displacement_{a}"].values[-1] for a in "xy")
+    return float(np.hypot(x, y).max()) / DEFLECTION
+
+
+def said(ds: xr.Dataset) -> bool:
+    return any("snap-through" in line for line in wall_cautions(ds))
+
+
+@pytest.mark.thorough
+def test_dependence_on_increments_is_reported() -> None:
+    """In one increment the wall snaps through, in 160 it is followed; final positions differ."""
+    coarse, fine = (dry_wall("doming", 3.36, 1.5, n) for n in (1, 160))
+    assert difference(coarse, fine) > 0.1
+    assert said(coarse)
+    assert not said(fine)
+    share = coarse["snap_through_energy"].values.max() / np.abs(coarse["external_work"].values).max()
+    assert coarse.attrs["snap_through_share"] == pytest.approx(share)
+    assert (coarse["snap_through_energy"].values <= coarse["released_energy"].values).all()
+    assert (np.diff(coarse["snap_through_energy"].values) >= 0.0).all()
+    assert f"{share:.2g} of the largest work done" in wall_cautions(coarse)[-1]
+    coarse.attrs["snap_through_tolerance"] = 1.0
+    assert not said(coarse)
+
+
+@pytest.mark.parametrize("name", ["dishing", "window_doming"])
+def test_bonds_that_break_are_no_snap_through(name: str) -> None:
+    """They release energy, and equilibrium is near."""
+    ds = solve(Scene.from_toml(DATA / f"bryant_{name}.toml"))
+    assert ds["released_energy"].values[-1] > 0.01 * ds["external_work"].values[-1]
+    assert ds.attrs["snap_through_share"] < 1e-3
+    assert not said(ds)

@@ -30,7 +30,7 @@ def scene(*joints: float, kind: str = "doming", width: float = 0.01, **more: obj
         "loads": Loads(roof=2000.0),
         "solver": QUASI_STATIC,
     }
-    return Scene(**usual | more)  # type: ignore[arg-type]
+    return Scene(**usual | more)
 
 
 def last_step(model: Model, solver: Solver, increments: int = 4):

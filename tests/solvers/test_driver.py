@@ -1,16 +1,189 @@
-"""The driver on a wall of one number: where it stops, and how it locates zero support load and collapse."""
+"""Driver on a wall of one number; step control by the energy balance, with few increments as with many."""
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
+import pytest
 
+import damagepred
+from damagepred import Assembly, Joint, Scene, Solver
 from damagepred.assembly import Model
+from damagepred.assembly.assembly import rectangle
 from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
-from damagepred.scene import Solver
+from damagepred.solvers import solve_path
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
+from damagepred.solvers.options import DEFAULTS
+from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
+from damagepred.solvers.quasi_static.step_control import (
+    DISTANT_STEP_GROWTH,
+    EVENT_STEP_GROWTH,
+    MAX_EVENT_CUTS,
+    MAXIMUM_EVENT_SHARE,
+    MINIMUM_EVENT_SHARE,
+    MINIMUM_EVENT_STEP,
+    StepControl,
+)
 from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.state.wall_state import State
 from tests.solvers.walls import stack
+
+DATA = Path(__file__).parents[2] / "data"
+DRY = Joint(tensile_strength=0.0, cohesion=0.0)
+
+
+@pytest.mark.parametrize("name", ["dishing", "doming", "window_dishing", "window_doming"])
+def test_the_tested_walls_balance_at_twenty_increments(name: str) -> None:
+    """Without step control the energy error of the solid walls is 8.1 and 6.8 % of the work."""
+    scene = Scene.from_toml(DATA / f"bryant_{name}.toml")
+    assert scene.movement.increments == 20
+    ds = damagepred.solve(scene)
+    assert ds["energy_error"][-1] < 0.01 * np.abs(ds["external_work"]).max()
+
+
+def over_a_gap() -> Assembly:
+    """Return a dry wall in running bond whose three middle bricks lose their ground."""
+    wall = Assembly(thickness=0.11, joint=DRY)
+    for course in range(6):
+        inner = [0.24 * (i + 0.5 * (course % 2)) for i in range(1 - course % 2, 5)]
+        for left, right in pairwise([0.0, *inner, 1.2]):
+            wall.add_block(rectangle(left, 0.075 * course, right, 0.075 * (course + 1)))
+    for left, right, drop in ((-0.2, 0.239, 0.0), (0.241, 0.959, 8e-3), (0.961, 1.4, 0.0)):
+        piece = wall.add_block(rectangle(left, -0.2, right, 0.0))
+        wall.support(piece)
+        if drop:
+            wall.move(piece, y=-drop)
+    return wall
+
+
+def test_few_increments_follow_a_dry_wall_over_a_gap_as_many_do_and_cost_less() -> None:
+    """In its first steps friction decides which of the bricks it holds."""
+    model = over_a_gap().build(Solver())
+    friction, iterations = [], []
+    for count in (1, 5, 20, 80):
+        path = list(solve_path(model, Solver(), count))
+        friction.append(path[-1].energy.friction_work)
+        iterations.append(sum(step.counters.newton_iterations for step in path))
+    np.testing.assert_allclose(friction, friction[-1], rtol=1e-3)
+    assert iterations == sorted(iterations)
+
+
+OPTIONS = DEFAULTS.continuation
+GOAL = (1.0, 0.2)
+
+
+def started(locates_collapse: bool = False) -> tuple[StepControl, State]:
+    """Return the step control of an increment from dead load to 20 % of the movement."""
+    state = replace(State.rest(stack(2, Solver())), load=1.0)
+    return StepControl.start(state, GOAL, DEFAULTS, locates_collapse), state
+
+
+def load_factor(target: tuple[float, float]) -> float:
+    assert target[0] == 1.0
+    return target[1]
+
+
+def test_an_increment_starts_with_its_goal_and_limits_in_proportion() -> None:
+    control, state = started()
+    assert control.target(state) == GOAL
+    assert control.minimum_step == 0.2 / 2**OPTIONS.max_halvings
+    assert control.minimum_event_step == 0.2 * MINIMUM_EVENT_STEP
+    assert control.collapse_bracket >= control.minimum_step
+    assert started(locates_collapse=True)[0].collapse_bracket == OPTIONS.collapse_bracket
+
+
+def test_steps_without_equilibrium_are_halved_until_they_are_too_short() -> None:
+    control, state = started()
+    target, halvings = GOAL, 0
+    while control.may_halve(target[1], allowed=OPTIONS.max_halvings):
+        control.halve_step(state, target)
+        target, halvings = control.target(state), halvings + 1
+    assert halvings == OPTIONS.max_halvings
+    assert load_factor(target) == 0.2 / 2**halvings
+    assert not started()[0].may_halve(0.2, allowed=0)
+    control.accept_step(target)
+    assert (control.halvings, control.accepted_steps, control.next_point) == (halvings - 1, 1, None)
+
+
+def test_a_rejected_target_is_approached_by_midpoints_and_tried_again() -> None:
+    control, state = started()
+    control.reject_target((1.0, 0.1))
+    assert load_factor(control.target(state)) == 0.05
+    state.load_factor = 0.1 - 0.9 * control.minimum_step
+    assert load_factor(control.target(state)) == 0.1
+    step = control.minimum_step
+    control.accept_distant((1.0, 0.07))  # another target
+    assert control.rejected_target == (1.0, 0.1)
+    control.accept_distant((1.0, 0.1))
+    assert (control.rejected_target, control.minimum_step) == (None, step * DISTANT_STEP_GROWTH)
+
+
+def test_an_event_is_bracketed_interpolated_and_passed() -> None:
+    control, state = started()
+    control.bracket_event(state, (1.0, 0.1), 0.3)
+    assert load_factor(control.target(state)) == pytest.approx(0.03)
+    for share, kept in ((-1.0, MINIMUM_EVENT_SHARE), (2.0, MAXIMUM_EVENT_SHARE)):
+        control.bracket_event(state, (1.0, 0.1), share)
+        assert load_factor(control.target(state)) == pytest.approx(0.1 * kept)
+    assert control.event_cuts == MAX_EVENT_CUTS - 1
+    control.bracket_event(state, (1.0, 0.1), 0.3)  # interpolation is given up
+    assert load_factor(control.target(state)) == pytest.approx(0.05)
+    control.next_point = None
+    assert load_factor(control.target(state)) == 0.1  # no farther than the overload
+    control.pass_event()
+    assert (control.overloaded_point, control.event_cuts, control.target(state)) == (None, 0, GOAL)
+
+
+def test_an_overload_that_is_gone_in_smaller_steps_makes_steps_to_events_longer() -> None:
+    control, state = started()
+    control.bracket_event(state, (1.0, 0.1), 0.3)
+    step = control.minimum_event_step
+    control.accept_step((1.0, 0.03))
+    assert control.overloaded_point == (1.0, 0.1)
+    control.accept_step((1.0, 0.1))
+    assert (control.overloaded_point, control.minimum_event_step) == (None, step * EVENT_STEP_GROWTH)
+
+
+def test_the_energy_balance_shortens_steps() -> None:
+    control, state = started()
+    control.refine_step(0.04, 0.1, 1.0)
+    assert load_factor(control.target(state)) == pytest.approx(0.04)
+
+
+def test_collapse_is_bracketed_from_both_sides() -> None:
+    control, state = started(locates_collapse=True)
+    assert not control.has_located_collapse(state)
+    control.reject_target((1.0, 0.1))
+    control.bracket_collapse((1.0, 0.1), state.copy(), 0.7)
+    assert (control.collapsed_state.load_factor, control.collapse_residual, control.rejected_target) == (0.1, 0.7, None)
+    assert control.minimum_step == OPTIONS.collapse_bracket
+    assert load_factor(control.target(state)) == 0.05
+    state.load_factor = 0.1 - 0.9 * OPTIONS.collapse_bracket
+    assert control.has_located_collapse(state)
+
+
+def test_a_path_jumps_where_its_error_does_not_fall_with_the_step() -> None:
+    control, _ = started()
+    assert not control.is_jump(0.01, 1.0)  # nothing to compare with
+    control.refine_step(0.04, 0.1, 1.0)
+    assert control.is_jump(0.05, 0.76)
+    assert not control.is_jump(0.05, 0.75)
+    assert not control.is_jump(0.051, 0.9)  # hardly shorter
+
+
+def test_what_a_jump_loses_is_released() -> None:
+    before = EnergyBalance(np.zeros(3), external_work=5.0, elastic_energy=3.0, friction_work=1.0, energy_error=1.0)
+    after = EnergyBalance(
+        np.zeros(3), 9.0, 3.0, friction_work=2.0, fracture_work=0.5, energy_error=3.5, released_energy=0.0
+    )
+    after.count_as_snap_through(before)
+    assert (after.energy_error, after.released_energy, after.snap_through_energy) == (1.0, 2.5, 2.5)
+    gained = EnergyBalance(np.zeros(3), 5.0, 4.0, friction_work=1.0, energy_error=2.0)
+    gained.count_as_snap_through(before)
+    assert (gained.energy_error, gained.released_energy) == (2.0, 0.0)
+
 
 NONE = np.zeros((1, 1))
 

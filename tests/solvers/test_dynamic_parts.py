@@ -62,7 +62,7 @@ def test_neighbours_are_those_of_a_search_of_all_pairs() -> None:
 @pytest.mark.parametrize("kind", ["half_sine", "full_sine", "rectangular"])
 @pytest.mark.parametrize("peak", [3.0, -7.0])
 def test_pulses_are_the_integral_of_their_acceleration(kind: str, peak: float) -> None:
-    motion = BaseMotion(kind=kind, acceleration=peak, duration=0.4, start=0.1, direction="y")  # type: ignore[arg-type]
+    motion = BaseMotion(kind=kind, acceleration=peak, duration=0.4, start=0.1, direction="y")
     shape = {
         "half_sine": lambda t: np.sin(np.pi * t / 0.4),
         "full_sine": lambda t: np.sin(2 * np.pi * t / 0.4),

@@ -80,7 +80,7 @@ def shaken(acceleration: float, **settings: object) -> Scene:
         joint=joint,
         movement=Movement(central_deflection=0.0),
         solver=Solver(blocks="rigid"),
-        dynamics=Dynamics(base=(pulse,), **given),  # type: ignore[arg-type]
+        dynamics=Dynamics(base=(pulse,), **given),
     )
 
 
@@ -162,7 +162,7 @@ def test_a_live_load_does_its_work() -> None:
 
 def test_interrupting_keeps_what_was_reached() -> None:
     def stop(step: object) -> None:
-        if step.increment.number == 2:  # type: ignore[attr-defined]
+        if step.increment.number == 2:
             raise KeyboardInterrupt
 
     ds = damagepred.solve(

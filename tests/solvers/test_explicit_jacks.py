@@ -49,7 +49,6 @@ def on_jacks(kind: str = "dishing", deflection: float = 4e-4, increments: int = 
 
 
 def path(scene: Scene, **solver: object) -> tuple[Model, list[Increment]]:
-    """Follow a scene with some other settings of the solver."""
     model = wall_model(scene)
     settings = replace(scene.solver, **solver)
     return model, list(solve_path(model, settings, scene.movement.increments))
@@ -117,7 +116,6 @@ def test_line_and_control_are_stable(damping: float) -> None:
     scene = replace(on_jacks(), dpc=None, joint=Joint(tensile_strength=1e9, cohesion=1e9))
     run = DampedTimeStepping(wall_model(scene), replace(WHOLE, damping=damping))
     assert run.start_from_elastic_solution()
-    assert run.pump is not None
     level, load = run.motion.displacement.copy(), run.pump.load
     # the control gain is five times the actual one: a margin for cracked walls
     run.pump.line = run.pump.line._replace(gain=5.0 * run.pump.line.gain)
@@ -160,7 +158,6 @@ def test_footing_that_cracks_is_the_quasi_static_one(law: str) -> None:
 
 def test_footing_with_earlier_bending() -> None:
     scene = cracking()
-    assert scene.footing.concrete is not None
     bent = replace(scene.footing.concrete, earlier_moment=1000.0)
     model, explicit, quasi_static = both(replace(scene, footing=replace(scene.footing, concrete=bent)))
     agree(model, explicit, quasi_static)
@@ -171,7 +168,6 @@ def test_footing_with_earlier_bending() -> None:
 def test_opening_shear_and_rotation_of_a_section_are_those_of_its_segments() -> None:
     """A segment displaced from its left neighbour by 1 um along the footing and 2 um across, then rotated in place."""
     model = wall_model(cracking())
-    assert model.sections is not None
     face, section = model.interfaces, model.sections.interface[1]
     moved, centre = int(face.block_b[section]), face.x[section]
     assert face.normal_y[section] == pytest.approx(0.0, abs=1e-12)
@@ -197,7 +193,6 @@ def test_sections_have_a_history_and_can_be_restored() -> None:
     run = path.scheme
     path.apply(0.0)
     path.equilibrate()
-    assert run.sections is not None
     before = run.checkpoint()
     path.apply(1.0)
     path.equilibrate()
@@ -207,7 +202,6 @@ def test_sections_have_a_history_and_can_be_restored() -> None:
     path.equilibrate()
     assert (run.sections.memory.cracked >= cracked).all()
     run.restore(*before)
-    assert before.state.sections is not None
     assert np.array_equal(run.sections.memory.cracked, before.state.sections.cracked)
     assert run.sections.memory.cracked.max() < cracked.max()
 

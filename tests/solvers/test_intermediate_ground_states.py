@@ -1,7 +1,5 @@
 """Intermediate movements: the state of a path at a smaller movement is that of a path to this movement."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -12,18 +12,22 @@ from scipy.sparse.linalg import splu
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
+from damagepred.kernels.jit import kernel
+from damagepred.kernels.linear import dense
 from damagepred.kernels.linear.condensation import recover, subtract_boundary_forces
 from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
-from damagepred.solvers.quasi_static.linear_system import DEFAULTS, MultifrontalSystem
+from damagepred.solvers.quasi_static.linear_system import (
+    DEFAULTS,
+    INVERSION_PANEL,
+    SINGULAR_PIVOT_RATIO,
+    MultifrontalSystem,
+)
 from damagepred.solvers.symmetry import reduce_by_symmetry
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 QUASI_STATIC = Solver(blocks="rigid")
 WELL = 1e6
 """Condition number of the scaled matrix up to which the error must be below 1e-8."""
-
-
-# -- the same equations, from nothing but the geometry ----------------------------------------------------------------
 
 
 def kinematics(model: Model) -> FloatArray:
@@ -111,9 +115,6 @@ class Reference:
         return answer
 
 
-# -- walls ------------------------------------------------------------------------------------------------------------
-
-
 def random_wall(rng: np.random.Generator) -> Model:
     opening = ()
     if rng.random() < 0.5:
@@ -125,7 +126,7 @@ def random_wall(rng: np.random.Generator) -> Model:
                 height=0.6,
                 block_length=0.3,
                 block_height=float(rng.choice([0.1, 0.2])),
-                bond=str(rng.choice(["running", "stack"])),  # type: ignore[arg-type]
+                bond=str(rng.choice(["running", "stack"])),
             ),
             opening=opening,
             dpc=Dpc(course=1) if rng.random() < 0.5 else None,
@@ -134,42 +135,35 @@ def random_wall(rng: np.random.Generator) -> Model:
     )
 
 
+def grid(courses: int, bricks: int, shift: float = 0.0) -> Assembly:
+    """Courses of whole bricks, every other one shifted."""
+    wall = Assembly()
+    for j in range(courses):
+        for left in 0.2 * np.arange(bricks) + shift * (j % 2):
+            wall.add_block(rectangle(left, 0.1 * j, left + 0.2, 0.1 * (j + 1)), course=j)
+    return wall
+
+
 def held_at_one_side() -> Model:
     """A cantilever of blocks, two high, whose first column has a prescribed settlement."""
-    wall = Assembly()
-    for i in range(6):
-        for j in range(2):
-            block = wall.add_block(rectangle(0.2 * i, 0.1 * j, 0.2 * (i + 1), 0.1 * (j + 1)), course=j)
-            if i == 0:
-                wall.support(block)
-                wall.move(block, y=-1e-3)
+    wall = grid(2, 6)
+    for block in (0, 6):
+        wall.support(block)
+        wall.move(block, y=-1e-3)
     return wall.build(QUASI_STATIC)
 
 
 def on_supports() -> Model:
     """A wall over two supports, one of which only guides it."""
-    wall = Assembly()
-    for j in range(3):
-        shift = 0.1 * (j % 2)
-        for i in range(4):
-            wall.add_block(rectangle(0.2 * i + shift, 0.1 * j, 0.2 * (i + 1) + shift, 0.1 * (j + 1)), course=j)
+    wall = grid(3, 4, 0.1)
     wall.support(0)
     wall.support(3, x=False)
     return wall.build(QUASI_STATIC)
 
 
-def half() -> Model:
-    found = reduce_by_symmetry(wall_model(Scene(wall=Wall(length=2.4, height=0.6), solver=QUASI_STATIC)))
-    assert found is not None
-    return found
-
-
 def with_a_loose_block() -> Model:
     """A wall on the ground, and a block beside it without contacts."""
-    wall = Assembly()
-    for j in range(3):
-        for i in range(3):
-            wall.add_block(rectangle(0.2 * i, 0.1 * j, 0.2 * (i + 1), 0.1 * (j + 1)), course=j)
+    wall = grid(3, 3)
     wall.add_block(rectangle(2.0, 0.0, 2.2, 0.1))
     wall.rest_on_ground([0, 1, 2])
     return wall.build(QUASI_STATIC)
@@ -180,7 +174,7 @@ WALLS = {
     "another": lambda: random_wall(np.random.default_rng(8)),
     "held at one side": held_at_one_side,
     "on supports": on_supports,
-    "half": half,
+    "half": lambda: reduce_by_symmetry(wall_model(Scene(wall=Wall(length=2.4, height=0.6), solver=QUASI_STATIC))),
 }
 
 
@@ -207,12 +201,6 @@ def assert_balanced(
     assert np.abs(force[condensed]).max(initial=0.0) < 1e-13 * largest
 
 
-# -- the reference itself ---------------------------------------------------------------------------------------------
-
-
-# -- elastic ----------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", WALLS)
 def test_elastic(name: str) -> None:
     model = WALLS[name]()
@@ -234,9 +222,6 @@ def test_a_block_without_contacts_does_not_affect_the_others() -> None:
     wall = np.arange(3 * (model.n_blocks - 1))
     expected = splu(assembled(model, equations.elastic)[wall][:, wall].tocsc()).solve(force[wall])
     assert_same(found[wall], expected, 1e-4)
-
-
-# -- changes ----------------------------------------------------------------------------------------------------------
 
 
 def few(model: Model, rng: np.random.Generator, most: int = 6) -> IntArray:
@@ -335,9 +320,6 @@ def test_a_near_mechanism_is_solved_accurately() -> None:
         assert_same(found, reference.solve(force), max(1e-8, 1e-14 * reference.condition()))
 
 
-# -- condensed --------------------------------------------------------------------------------------------------------
-
-
 def load_of(model: Model) -> FloatArray:
     return np.append(model.supports.load, np.zeros(3))
 
@@ -358,7 +340,6 @@ def test_condensed_fronts_are_equivalent_to_active_ones(name: str) -> None:
     corrections = 0
     for _ in range(8):
         superelement = equations.condense(few_fronts(equations, rng), load)
-        assert superelement is not None
         inside = equations.active.interfaces
         for turn in range(4):
             which = rng.choice(inside, size=min(3, len(inside)), replace=False) if turn else inside[:0]
@@ -388,7 +369,6 @@ def test_the_force_at_the_boundary_is_that_of_the_condensed_fronts(name: str) ->
     equations, load = equations_of(model, dissected_size=12), load_of(model)
     for _ in range(4):
         superelement = equations.condense(few_fronts(equations, rng), load)
-        assert superelement is not None
         moved = np.zeros(len(load))
         moved[equations.active.dofs] = rng.normal(size=len(equations.active.dofs)) * 1e-5
         share = 0.4
@@ -445,3 +425,67 @@ def test_fronts_without_support_from_active_ones_are_not_condensed() -> None:
     root[0] = True
     assert not equations.condense(root, load_of(model))
     assert equations.active.fronts.all()
+
+
+INVERT = kernel(dense.invert.function)
+
+
+def invert(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray) -> float:
+    """Invert as the solver does: column by column in flat arrays, a corner of the front."""
+    size = len(matrix)
+    front, flat = np.pad(matrix, (0, 3), constant_values=np.nan), np.empty(matrix.size)
+    workspace = dense.dense_workspace(size, INVERSION_PANEL, SINGULAR_PIVOT_RATIO)
+    ratio = INVERT(workspace, size, len(front), front.T.ravel(), symmetric, flat)
+    inverse[:] = flat.reshape(size, size).T
+    return float(ratio)
+
+
+def made(size: int, kind: str) -> np.ndarray:
+    random = np.random.default_rng(size)
+    matrix = random.normal(size=(size, size))
+    if kind == "skew":
+        return matrix + size * np.eye(size)
+    values = random.uniform(1.0, 100.0, size)
+    if kind == "not positive":
+        values[::3] *= -1.0
+    turned, _ = np.linalg.qr(matrix)
+    whole = (turned * values) @ turned.T
+    return 0.5 * (whole + whole.T)
+
+
+@pytest.mark.quick_cases
+@pytest.mark.parametrize("kind", ["positive", "not positive", "skew"])
+@pytest.mark.parametrize("size", [1, 3, 31, 33, 64, 97, 200])
+def test_inverse(size: int, kind: str) -> None:
+    matrix = made(size, kind)
+    inverse = np.empty_like(matrix)
+    smallest = invert(matrix.copy(), kind != "skew", inverse)
+    np.testing.assert_allclose(matrix @ inverse, np.eye(size), atol=1e-9)
+    assert 0.0 < smallest <= 1.0
+    if kind == "positive":
+        assert np.array_equal(inverse, inverse.T)
+
+
+@pytest.mark.parametrize("corner", [0.0, 1e-14])
+def test_blocks_without_inverse_of_a_matrix_that_has_one(corner: float) -> None:
+    size = INVERSION_PANEL
+    unit = np.eye(size)
+    matrix = np.block([[corner * unit, unit], [2.0 * unit, made(size, "skew")]])
+    inverse = np.empty_like(matrix)
+    assert 0.01 < invert(matrix, False, inverse) < 1.0
+    np.testing.assert_allclose(matrix @ inverse, np.eye(2 * size), atol=1e-13)
+
+
+def test_rounding_in_the_other_half_does_not_count() -> None:
+    matrix = made(50, "positive")
+    inverse, rounded = np.empty_like(matrix), matrix.copy()
+    rounded[np.triu_indices(50, 1)] *= 1.0 + 1e-14
+    invert(rounded, True, inverse)
+    np.testing.assert_allclose(matrix @ inverse, np.eye(50), atol=1e-11)
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_a_singular_matrix_is_reported(symmetric: bool) -> None:
+    inverse = np.empty((3, 3))
+    assert invert(np.diag([1.0, 0.0, 2.0]), symmetric, inverse) == 0.0
+    assert np.isnan(inverse).all()

@@ -14,7 +14,7 @@ from damagepred.solvers.symmetry import reduce_by_symmetry
 from tests.verification.test_energy_accounts import brickwork
 
 SOLVERS = {
-    method: Solver(method=method, lump_block_elasticity=False, tolerance=tolerance)  # type: ignore[arg-type]
+    method: Solver(method=method, lump_block_elasticity=False, tolerance=tolerance)
     for method, tolerance in (("explicit", 1e-5), ("quasi_static", 1e-6))
 }
 DRY = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.6)
@@ -32,9 +32,6 @@ def block_on_plate(width: float, height: float, joint: Joint) -> tuple[Assembly,
     wall.support(wall.add_block(rectangle(-1.0, -0.1, 1.0 + width, 0.0)))
     wall.add_block(rectangle(0.0, 0.0, width, height))
     return wall, 2000.0 * width * height * T * 9.81
-
-
-# -- live loads -------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("increments", [3, 10])
@@ -86,9 +83,6 @@ def test_a_live_load_is_mirrored_or_the_wall_is_solved_in_full() -> None:
     assert abs(whole.support_force[top[1], 1]) > 1.0
     wall.push(top[0], x=1.0)
     assert reduce_by_symmetry(wall.build(quasi_static)) is None
-
-
-# -- held once the dead load is on ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("dilation", [0.0, 0.2])

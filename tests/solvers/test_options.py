@@ -16,8 +16,6 @@ from damagepred.errors import InputError
 from damagepred.scene import Scene, Solver
 from damagepred.solvers.options import (
     DEFAULTS,
-    RETIRED,
-    RETIRED_TABLES,
     SolverOptions,
     option_classes,
     with_recorded_options,
@@ -118,17 +116,9 @@ def test_keys_of_older_versions_are_read_with_a_warning() -> None:
     }
 
 
-def test_retired_keys_are_none_of_today() -> None:
-    for name, keys in RETIRED.items():
-        today = {field.name for field in dataclasses.fields(option_classes()[name])}
-        assert today.isdisjoint(keys.split())
-    assert option_classes().keys().isdisjoint(RETIRED_TABLES)
-    assert sum(len(dataclasses.fields(kind)) for kind in option_classes().values()) <= 60
-
-
 def test_blocks_by_an_estimate_are_read_as_elastic() -> None:
     with pytest.warns(UserWarning, match="blocks = 'auto' is read as 'elastic'"):
-        assert Solver(blocks="auto", rigid_error=0.1) == Solver(blocks="elastic")  # type: ignore[arg-type,call-arg]
+        assert Solver(blocks="auto", rigid_error=0.1) == Solver(blocks="elastic")
     with pytest.warns(UserWarning, match="is read as 'elastic'"):
         scene = Scene.from_dict({"solver": {"blocks": "auto", "rigid_error": 0.01}})
     assert scene.solver.blocks == "elastic"

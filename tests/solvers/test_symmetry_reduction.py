@@ -15,7 +15,7 @@ from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.stepper import explicit_path
 from damagepred.solvers.quasi_static import stepper as quasi_static
-from damagepred.solvers.symmetry import HalfModel, reduce_by_symmetry
+from damagepred.solvers.symmetry import reduce_by_symmetry
 from tests.properties.statics import unbalanced
 from tests.solvers.walls import stack
 
@@ -30,23 +30,14 @@ SIDES = (Opening(x=0.36, y=0.3, width=0.48, height=0.3), Opening(x=1.56, y=0.3, 
 
 def scene(length: float = EVEN, bond: str = "running", kind: str = "dishing", **other: object) -> Scene:
     return Scene(
-        wall=Wall(length=length, height=0.9, bond=bond),  # type: ignore[arg-type]
-        movement=Movement(kind=kind, central_deflection=4e-3, increments=4),  # type: ignore[arg-type]
-        **{"joint": WEAK, "loads": Loads(roof=1000.0), "solver": QUASI_STATIC, **other},  # type: ignore[arg-type]
+        wall=Wall(length=length, height=0.9, bond=bond),
+        movement=Movement(kind=kind, central_deflection=4e-3, increments=4),
+        **{"joint": WEAK, "loads": Loads(roof=1000.0), "solver": QUASI_STATIC, **other},
     )
 
 
 def model_of(length: float = EVEN, **other: object) -> Model:
-    return wall_model(scene(length, **other))  # type: ignore[arg-type]
-
-
-def halved(model: Model) -> HalfModel:
-    found = reduce_by_symmetry(model)
-    assert found is not None
-    return found
-
-
-# -- the mirror, found anew by looking for the nearest ----------------------------------------------------------------
+    return wall_model(scene(length, **other))
 
 
 def positions(model: Model) -> np.ndarray:
@@ -99,7 +90,7 @@ def compare(
     model: Model, settings: Solver, increments: int, displacement: float, stress: float
 ) -> list[tuple[Increment, Increment]]:
     """Follow both ways; they agree up to those shares of the largest values."""
-    halved(model)
+    assert reduce_by_symmetry(model) is not None
     pairs = list(
         zip(
             solve_path(model, settings, increments),
@@ -126,8 +117,6 @@ def compare(
         assert (one.number, one.load_factor, one.collapsed) == (whole.number, whole.load_factor, whole.collapsed)
     return pairs
 
-
-# -- the same path ----------------------------------------------------------------------------------------------------
 
 NO_STRENGTH = Joint(tensile_strength=0.0, cohesion=0.0)
 LITTLE = {kind: Movement(kind=kind, central_deflection=0.5e-3, increments=1) for kind in ("dishing", "doming")}
@@ -175,9 +164,6 @@ def test_small_walls_follow_the_same_path(name: str) -> None:
 ZONES = replace(QUASI_STATIC, blocks="deformable")
 
 
-# -- by hand ----------------------------------------------------------------------------------------------------------
-
-
 def arch(stones: int, spread: float = 2e-3) -> Assembly:
     """Ring of wedges from 10 to 170 degrees; the springers move apart. Its joints have all inclinations."""
     wall = Assembly(joint=Joint(tensile_strength=0.05e6, cohesion=0.2e6))
@@ -201,13 +187,10 @@ def wall_by_hand() -> Assembly:
     return wall
 
 
-# -- what the half is -------------------------------------------------------------------------------------------------
-
-
 def test_energies_of_the_half_are_doubled() -> None:
     model = model_of()
     whole = list(quasi_static.quasi_static_path(model, QUASI_STATIC, 4))[-1]
-    part = halved(model)
+    part = reduce_by_symmetry(model)
     of_half = list(quasi_static.quasi_static_path(part, QUASI_STATIC, 4))[-1]
     unfolded = part.expand(of_half)
     for name in ("external_work", "elastic_energy", "friction_work", "released_energy"):
@@ -220,10 +203,7 @@ def test_energies_of_the_half_are_doubled() -> None:
 
 def test_geometry_is_halved_once_for_walls_that_share_it() -> None:
     walls = [model_of(joint=replace(WEAK, tensile_strength=strength)) for strength in (0.1e6, 0.12e6, 0.14e6)]
-    assert len({id(halved(wall).geometry) for wall in walls}) == 1
-
-
-# -- what is not halved -----------------------------------------------------------------------------------------------
+    assert len({id(reduce_by_symmetry(wall).geometry) for wall in walls}) == 1
 
 
 def random_strengths() -> Model:
@@ -239,21 +219,9 @@ def one_changed(name: str, factor: float = 0.99) -> Model:
     return replace(model, properties=model.properties._replace(**{name: values}))
 
 
-def pushed(**load: float) -> Model:
+def by_hand(change: Callable[[Assembly], object]) -> Model:
     wall = wall_by_hand()
-    wall.load(9, **load)
-    return wall.build()
-
-
-def held(block: int) -> Model:
-    wall = wall_by_hand()
-    wall.support(block, y=False, rotation=False)
-    return wall.build()
-
-
-def lopsided_ground() -> Model:
-    wall = wall_by_hand()
-    wall.rest_on_ground(range(5), lambda x: -2e-3 * x)
+    change(wall)
     return wall.build()
 
 
@@ -262,11 +230,9 @@ def sheared_ground() -> Model:
     return replace(model, ground=model.ground.map(lambda state: state._replace(shear=np.full_like(state.shear, 1e-3))))
 
 
-def shifted_block() -> Model:
-    wall = wall_by_hand()
-    wall.add_block(rectangle(0.0, 0.4, 0.2, 0.5))
-    wall.add_block(rectangle(0.76 + 1e-6, 0.4, 0.96, 0.5))
-    return wall.build()
+def shift_a_block(wall: Assembly) -> None:
+    for left, right in ((0.0, 0.2), (0.76 + 1e-6, 0.96)):
+        wall.add_block(rectangle(left, 0.4, right, 0.5))
 
 
 def heavy_block() -> Model:
@@ -290,6 +256,13 @@ def opposite_moves(**move: float) -> Model:
     return wall.build()
 
 
+def one_stiff_brick() -> Model:
+    model = model_of(solver=ZONES)
+    modulus = model.block_law.elastic_modulus.copy()
+    modulus[0] *= 2.0
+    return replace(model, block_law=model.block_law._replace(elastic_modulus=modulus))
+
+
 NOT_SYMMETRIC: dict[str, Callable[[], Model]] = {
     "random strengths": random_strengths,
     "one strength": lambda: one_changed("tensile_strength"),
@@ -306,37 +279,24 @@ NOT_SYMMETRIC: dict[str, Callable[[], Model]] = {
     "lopsided movement": lambda: wall_model(
         replace(scene(), movement=Movement(shape="table", table=((0, 0), (0.3, 0.9), (0.5, 1), (1, 0))))
     ),
-    "lopsided ground": lopsided_ground,
+    "lopsided ground": lambda: by_hand(lambda wall: wall.rest_on_ground(range(5), lambda x: -2e-3 * x)),
     "ground that drags": sheared_ground,
-    "one load": lambda: pushed(y=-100.0),
-    "pushed aside": lambda: pushed(x=1.0),
-    "turned": lambda: pushed(moment=1.0),
+    "one load": lambda: by_hand(lambda wall: wall.load(9, y=-100.0)),
+    "pushed aside": lambda: by_hand(lambda wall: wall.load(9, x=1.0)),
+    "turned": lambda: by_hand(lambda wall: wall.load(9, moment=1.0)),
     "one heavy block": heavy_block,
-    "one support": lambda: held(5),
-    "one block aside": shifted_block,
+    "one support": lambda: by_hand(lambda wall: wall.support(5, y=False, rotation=False)),
+    "one block aside": lambda: by_hand(shift_a_block),
     "contacts of one joint to one side": lambda: contacts_aside(1e-3),
     "contacts of one joint to the other": lambda: contacts_aside(-1e-3),
     "both springers to the right": lambda: opposite_moves(x=1e-3),
     "both springers turned alike": lambda: opposite_moves(rotation=1e-3),
-    "leaning": lambda: leaning(),
+    "leaning": lambda: by_hand(lambda wall: setattr(wall, "gravity", (0.5, -9.8))),
     "all blocks on the axis": lambda: stack(5, QUASI_STATIC),
-    "one stiff brick": lambda: one_stiff_brick(),
+    "one stiff brick": one_stiff_brick,
     "bricks of one cell, without a line along the axis": lambda: model_of(ODD, solver=replace(ZONES, zone_size=0.3)),
     "one dense block": lambda: replace(model_of(), density=np.where(np.arange(model_of().n_blocks) == 0, 1e3, 2e3)),
 }
-
-
-def one_stiff_brick() -> Model:
-    model = model_of(solver=ZONES)
-    modulus = model.block_law.elastic_modulus.copy()
-    modulus[0] *= 2.0
-    return replace(model, block_law=model.block_law._replace(elastic_modulus=modulus))
-
-
-def leaning() -> Model:
-    wall = wall_by_hand()
-    wall.gravity = (0.5, -9.8)
-    return wall.build()
 
 
 @pytest.mark.quick_cases
@@ -345,13 +305,10 @@ def test_asymmetric_walls_are_solved_in_full(name: str) -> None:
     assert reduce_by_symmetry(NOT_SYMMETRIC[name]()) is None
 
 
-# -- the solvers' side ------------------------------------------------------------------------------------------------
-
-
 def test_an_error_names_the_block_by_its_number_in_the_whole_wall() -> None:
     model = model_of()
     settings = Solver(method="explicit", maximum_cycles=50, ramp_cycles=50)
-    part = halved(model)
+    part = reduce_by_symmetry(model)
     with pytest.raises(ConvergenceError) as of_half:
         list(explicit_path(part, settings, 1))
     with pytest.raises(ConvergenceError) as caught:

@@ -50,8 +50,7 @@ def cells(plane: str = "stress", strength: float | None = None) -> Assembly:
 @pytest.mark.parametrize("plane", ["stress", "strain"])
 @pytest.mark.parametrize("strength", [None, 1e9])
 def test_internal_forces_of_zones_are_those_of_their_stiffness_matrix(plane: str, strength: float | None) -> None:
-    model = cells(strength=strength).build(Solver(plane=plane))  # type: ignore[arg-type]
-    assert model.mesh is not None
+    model = cells(strength=strength).build(Solver(plane=plane))
     rng = np.random.default_rng(1)
     u, force = np.zeros(model.size), np.zeros(model.size)
     for dof in (model.mesh.dof_x, model.mesh.dof_y):
@@ -69,8 +68,7 @@ def test_plastic_strain_of_fixed_zones_is_stress_by_hooke_s_law(plane: str) -> N
     e, nu = 2e9, 0.2
     assembly = Assembly(block=BlockMaterial(elastic_modulus=e, poisson_ratio=nu, cohesion=1e9, tensile_strength=3e8))
     assembly.add_block(rectangle(0.0, 0.0, 0.24, 0.08), zone_size=0.05)
-    model = assembly.build(Solver(plane=plane))  # type: ignore[arg-type]
-    assert model.mesh is not None
+    model = assembly.build(Solver(plane=plane))
     field, plastic = ZoneField(model), np.array([3e-4, -1e-4, 2e-4, 0.5e-4])
     if plane == "stress":
         plastic[3] = 0.0
@@ -88,7 +86,6 @@ def test_plastic_strain_of_fixed_zones_is_stress_by_hooke_s_law(plane: str) -> N
 
 def test_facets_follow_gridpoints_and_do_the_same_work() -> None:
     model = cells().build()
-    assert model.mesh is not None
     rng = np.random.default_rng(2)
     u, force = np.zeros(model.size), np.zeros(model.size)
     u[model.mesh.dof_x], u[model.mesh.dof_y] = rng.normal(size=(2, model.mesh.x.size))
@@ -103,7 +100,6 @@ def test_facets_follow_gridpoints_and_do_the_same_work() -> None:
 
 def test_a_rigid_motion_causes_no_strain_and_is_the_mean_motion() -> None:
     model = cells().build()
-    assert model.mesh is not None
     mesh, turn = model.mesh, 1e-3
     u = np.zeros(model.size)
     u[mesh.dof_x], u[mesh.dof_y] = 0.3 - turn * mesh.y, -0.2 + turn * mesh.x
@@ -119,7 +115,6 @@ def test_a_rigid_motion_causes_no_strain_and_is_the_mean_motion() -> None:
 
 def test_small_moments_of_gridpoints_add_up_on_the_block() -> None:
     model = cells().build()
-    assert model.mesh is not None
     run, mesh = DampedTimeStepping(model, EXPLICIT), model.mesh
     d = len(mesh.block) - 1
     own = slice(mesh.first_gridpoint[d], mesh.first_gridpoint[d + 1])
@@ -132,7 +127,6 @@ def test_small_moments_of_gridpoints_add_up_on_the_block() -> None:
 
 def test_loads_on_blocks_keep_force_and_moment_when_spread() -> None:
     model = cells().build()
-    assert model.mesh is not None
     rng, mesh = np.random.default_rng(5), model.mesh
     load = rng.normal(size=3 * model.n_blocks)
     out = DiscreteSystem.of(model).distribute(load)
@@ -160,12 +154,9 @@ def test_a_block_that_is_too_weak_yields_and_reports_it() -> None:
     run.advance(2000, 0.0, 0.6)  # 0.9 of its strength
     run.cycle(2000)
     picture = path.report(Outcome(0.0, balanced=True, collapsed=False)).zones
-    assert picture is not None
     assert (picture.state == ZoneState.ELASTIC).all()
     run.advance(2000, 0.0, 1.0)
     picture = path.report(Outcome(0.0, balanced=True, collapsed=False)).zones
-    assert picture is not None
-    assert model.mesh is not None
     assert (picture.state == ZoneState.SHEAR).any()
     middle = model.mesh.y[model.mesh.zones].mean(axis=1)
     assert middle[picture.state == ZoneState.SHEAR].min() < 0.1 * height

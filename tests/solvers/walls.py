@@ -23,12 +23,11 @@ def small_scene(window_at: float | None = None, movement: Movement | None = None
         dpc=Dpc(),
         movement=movement or Movement(central_deflection=2e-3, increments=4),
         loads=Loads(roof=1000.0),
-        solver=Solver(**{"method": "explicit", "blocks": "rigid", "tolerance": 1e-2, **solver}),  # type: ignore[arg-type]
+        solver=Solver(**{"method": "explicit", "blocks": "rigid", "tolerance": 1e-2, **solver}),
     )
 
 
 def small_wall(window_at: float | None = None, **solver: float) -> Model:
-    """Return the model of ``small_scene``."""
     return wall_model(small_scene(window_at, **solver))
 
 

@@ -1,7 +1,5 @@
 """The shear panel J4D of Raijmakers and Vermeltfoort, as an assembly of blocks."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -31,8 +29,6 @@ not reached before its tensile strength."""
 
 @dataclass(frozen=True)
 class Panel:
-    """A panel, and the number of the beam on top."""
-
     assembly: Assembly
     beam: int
 

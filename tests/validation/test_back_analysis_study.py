@@ -1,7 +1,5 @@
 """The studies of back-analysis: scores by hand, and a small run."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from types import ModuleType

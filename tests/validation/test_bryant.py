@@ -28,7 +28,7 @@ def method(request: pytest.FixtureRequest) -> str:
 
 @cache
 def solved(name: str, method: str) -> xr.Dataset:
-    return damagepred.solve(Scene.from_toml(DATA / f"{name}.toml"), solver=Solver(method=method))  # type: ignore[arg-type]
+    return damagepred.solve(Scene.from_toml(DATA / f"{name}.toml"), solver=Solver(method=method))
 
 
 def above_dpc(ds: xr.Dataset) -> np.ndarray:
@@ -119,7 +119,7 @@ def test_the_window_closes_in_dishing_and_widens_in_doming(name: str, sign: int,
     scene = Scene.from_toml(DATA / f"{name}.toml")
     # as far as the wall stays whole: what its cracks do beyond depends on how it is loaded
     scene = scene.with_values({"movement.central_deflection": 1e-3})
-    ds = damagepred.solve(scene, increments=4, solver=Solver(method=method))  # type: ignore[arg-type]
+    ds = damagepred.solve(scene, increments=4, solver=Solver(method=method))
     change = sign * ds["opening_width_change"].values[:, 0]
     assert (np.diff(change) > 0).all()
     assert change[-1] > 0.5e-3

@@ -22,7 +22,7 @@ def push(
 ) -> tuple[xr.Dataset, np.ndarray]:
     """Return the path and the horizontal force (kN) of each increment."""
     pushed = panel(joint, push=to, bricks_crack=bricks_crack)
-    solver = Solver(method=method, blocks="rigid", tolerance=1e-3 if method == "explicit" else None)  # type: ignore[arg-type]
+    solver = Solver(method=method, blocks="rigid", tolerance=1e-3 if method == "explicit" else None)
     ds = damagepred.solve(pushed.assembly, solver=solver, increments=increments)
     assert ds.attrs["status"] == "complete"
     height = ds["block_displacement_y"].values[:, pushed.beam]

@@ -1,7 +1,5 @@
 """The validation of distributions: its scores by hand, its published figures, and a small run of a case."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from pathlib import Path
@@ -21,8 +19,6 @@ JUDGED = ("spandrels", "shear_wall", "window_wall", "ramsgate", "bryant", "shear
 
 def module(name: str, file: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, file)
-    assert spec is not None
-    assert spec.loader is not None
     found = importlib.util.module_from_spec(spec)
     sys.modules[name] = found
     spec.loader.exec_module(found)

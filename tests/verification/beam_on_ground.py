@@ -1,7 +1,5 @@
 """Beams on springs without the package: finite elements with no-tension springs, and the exact Timoshenko beam."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -13,8 +11,6 @@ from damagepred.arrays import FloatArray
 
 
 class Resting(NamedTuple):
-    """A beam in equilibrium."""
-
     x: FloatArray
     level: FloatArray
     pressure: FloatArray

@@ -1,7 +1,5 @@
 """Units of masonry of several sizes and materials, and small arrangements for many checks."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from damagepred import Assembly, BlockMaterial, Joint
@@ -12,8 +10,6 @@ G = 9.81
 
 @dataclass(frozen=True)
 class Unit:
-    """A rectangular block and the joint under it."""
-
     name: str
     b: float
     h: float
@@ -39,12 +35,11 @@ class Unit:
 
     @property
     def material(self) -> BlockMaterial:
-        """Of the block."""
         return BlockMaterial(density=self.density)
 
     def joint(self, **law: float) -> Joint:
         """Return a joint of this stiffness; without further words one that carries neither tension nor cohesion."""
-        return Joint(**{"normal_stiffness": self.k_n, "shear_stiffness": self.k_s, **DRY, **law})  # type: ignore[arg-type]
+        return Joint(**{"normal_stiffness": self.k_n, "shear_stiffness": self.k_s, **DRY, **law})
 
     def at(self, left: float, bottom: float) -> list[tuple[float, float]]:
         """Return the corners of the block whose lower left corner is there."""

@@ -15,7 +15,7 @@ MANUAL = pytest.StashKey[Manual]()
 HERE = Path(__file__).parent
 
 SOLVERS = {
-    method: Solver(method=method, lump_block_elasticity=False, tolerance=1e-6)  # type: ignore[arg-type]
+    method: Solver(method=method, lump_block_elasticity=False, tolerance=1e-6)
     for method in ("explicit", "quasi_static")
 }
 """Rigid blocks on joints that alone are elastic."""
@@ -39,9 +39,9 @@ def pytest_deselected(items: list[pytest.Item]) -> None:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
     report = yield
-    if report.failed and item.path.is_relative_to(HERE):  # type: ignore[attr-defined]
+    if report.failed and item.path.is_relative_to(HERE):
         item.config.stash[MANUAL].failed.append(_name(item))
-    return report  # type: ignore[return-value]
+    return report
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

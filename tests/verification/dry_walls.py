@@ -1,7 +1,5 @@
 """Dry walls near collapse: polygons common to solvers and limit analysis."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 
@@ -42,7 +40,6 @@ class DryWall:
         return dead, live
 
     def assembly(self) -> Assembly:
-        """Return the wall with its dead load only."""
         joint = Joint(tensile_strength=0.0, cohesion=0.0, friction=self.friction)
         wall = Assembly(thickness=THICKNESS, joint=joint, block=BlockMaterial(density=DENSITY))
         for block in self.blocks:

@@ -1,7 +1,5 @@
 """Common parts of the checks of the footing: the beam alone, its solution, and the equivalent Timoshenko beam."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -62,7 +60,7 @@ class Strip:
 
     def on_jacks(self, kind: str, deflection: float, pieces: int, *, load: float = 0.0, **rig: Any) -> Model:
         """Return the model of the footing alone on a rig, with a line load (N/m) besides its weight."""
-        movement = Movement(kind=kind, shape="jacks", central_deflection=deflection)  # type: ignore[arg-type]
+        movement = Movement(kind=kind, shape="jacks", central_deflection=deflection)
         return footing_alone(self.scene(movement, pieces, rig=Rig(**rig)), load)
 
     def on_soil(
@@ -82,7 +80,7 @@ class Strip:
             shear_stiffness=stiffness if friction else max(1e-3 * stiffness, 1e4),
             friction=friction,
         )
-        movement = Movement(kind=kind, shape="mound")  # type: ignore[arg-type]
+        movement = Movement(kind=kind, shape="mound")
         still = mound or Mound(surface_movement=0.0)
         return footing_alone(self.scene(movement, pieces, soil=soil, mound=still), load)
 

@@ -8,8 +8,6 @@ The factor is that of joints that dilate when they slide. Joints that do not may
 where walls turn rather than slide the two are close or the same.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

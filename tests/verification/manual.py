@@ -17,8 +17,6 @@ keeps the case for the page::
 The page is written by ``COMMAND``.
 """
 
-from __future__ import annotations
-
 import itertools
 import platform
 import time
@@ -59,7 +57,6 @@ class ClosedForm:
 
 
 def chapter(name: str) -> Callable[..., ClosedForm]:
-    """Closed forms of a chapter."""
     return partial(ClosedForm, chapter=name)
 
 
@@ -149,7 +146,6 @@ class Manual:
     left_out: int = 0
 
     def page(self) -> str:
-        """Return the page as Markdown."""
         sections = self._sections()
         lines = [
             "# Verification manual",
@@ -255,7 +251,6 @@ def _number(value: float | str) -> str:
 
 
 def _anchor(title: str) -> str:
-    """Return the name that Markdown readers give a heading."""
     return "".join(c for c in title.lower().replace(" ", "-") if c.isalnum() or c in "-_")
 
 

@@ -31,7 +31,7 @@ def between_plates(side: int, joint: Joint) -> Assembly:
 
 def solved(wall: Assembly, method: str, increments: int) -> tuple[object, float, float]:
     """Return the path, the share of the movement at which the block stood last, and how much later it fell at most."""
-    solver = Solver(method=method, lump_block_elasticity=False)  # type: ignore[arg-type]
+    solver = Solver(method=method, lump_block_elasticity=False)
     ds = damagepred.solve(wall, solver=solver, increments=increments)
     assert ds.attrs["status"] == "collapsed"
     stood, bracket = ds.attrs["collapse_progress"], ds.attrs["collapse_progress_uncertainty"]

@@ -28,7 +28,6 @@ SHARES = np.linspace(0.18, 0.40, 12)
 
 
 def error(solver: Solver, unit: Unit, rule: str, contacts: int, pieces: int) -> float:
-    """Return the root mean square error of the rotation."""
     force = 1e5 * unit.area
     settings = replace(solver, quadrature=rule, contacts_per_interface=contacts, no_tension_subdivisions=1)
     errors = []

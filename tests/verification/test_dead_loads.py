@@ -1,7 +1,5 @@
 """Loads on top, at a height and on a lintel, against equilibrium, statics and the roof's load."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -34,7 +32,7 @@ def bed_forces(
     """Pressing force (N), place (m) and area of each contact of a block, of the ground by default."""
     faces, block = model.interfaces, model.n_blocks if block is None else block
     on = (faces.block_a == block) | (faces.block_b == block)
-    force = -(step.normal_stress * faces.contact_area)[on]  # type: ignore[attr-defined]
+    force = -(step.normal_stress * faces.contact_area)[on]
     return force, faces.x[on, None] + faces.normal_y[on, None] * faces.contact_offset[on], faces.contact_area[on]
 
 

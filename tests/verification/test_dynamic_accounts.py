@@ -46,7 +46,7 @@ def test_works_in_time_balance_at_every_output(damping: str) -> None:
         movement_time=0.02,
         start="unstressed",
         new_contacts=False,
-        **DAMPED[damping],  # type: ignore[arg-type]
+        **DAMPED[damping],
     )
     path = list(dynamic_run(model, Solver(lump_block_elasticity=False), dynamics))
     kinetic = max(step.energy.kinetic_energy for step in path)

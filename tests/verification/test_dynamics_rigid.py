@@ -237,7 +237,7 @@ def half_sine_slip(peak: float, length: float, mu: float) -> float:
 def test_a_pulse_moves_a_block_by_newmarks_slip(verify: Verify, kind: str, peak: float, mu: float, stiffness: float):
     block = on_plate(joint=dry(stiffness, mu))
     block.support(1, x=False, y=False)
-    pulse = BaseMotion(kind=kind, acceleration=peak, duration=0.1)  # type: ignore[arg-type]
+    pulse = BaseMotion(kind=kind, acceleration=peak, duration=0.1)
     ds = run(block, 0.5, 50, base=(pulse,))
     x = ds["block_displacement_x"].values
     omega = np.sqrt(stiffness * 0.6 * THICKNESS / (DENSITY * 0.24 * THICKNESS))
@@ -307,14 +307,10 @@ def test_a_turn_stresses_a_joint_by_centrifugal_force_alone(verify: Verify, spin
     exact = DENSITY * 0.075 * spin**2 * 0.0375
     case = f"ω = {spin:.3g} rad/s, one turn"
     verify(SPIN, case, "dynamic", "σ below twice its mean", bool(max(worst) < 2.001 * exact), True)
-    mean = np.mean(long_run_stress(spin))
+    # at many moments that have nothing to do with the vibration's period
+    long = started(pair(0.0, 0.0, spin), 0.0271, 600, start="unstressed")
+    mean = np.mean([float(increment.normal_stress[0, 1]) for increment in long])
     verify(SPIN, f"ω = {spin:.3g} rad/s", "dynamic", "σ (Pa)", mean, exact, 0.03)
-
-
-def long_run_stress(spin: float) -> list[float]:
-    """Stress of the joint at many moments that have nothing to do with the vibration's period."""
-    course = started(pair(0.0, 0.0, spin), 0.0271, 600, start="unstressed")
-    return [float(increment.normal_stress[0, 1]) for increment in course]
 
 
 @pytest.mark.parametrize("shift", [0.0, 1e4])
@@ -330,7 +326,7 @@ def test_a_flying_pair_keeps_what_it_has(verify: Verify, shift: float) -> None:
 
 
 def exchanged(ds: object) -> float:
-    return float(np.abs(np.diff(ds["kinetic_energy"].values)).sum())  # type: ignore[index]
+    return float(np.abs(np.diff(ds["kinetic_energy"].values)).sum())
 
 
 @pytest.mark.parametrize("kind", ["bouncing", "rocking", "swinging"])
@@ -355,7 +351,6 @@ def test_energy_is_kept_over_many_steps(verify: Verify, kind: str) -> None:
 
 
 def swinging() -> Assembly:
-    """Five bonded bricks, pushed sideways."""
     from damagepred.assembly.assembly import rectangle
     from damagepred.scene import Joint
 

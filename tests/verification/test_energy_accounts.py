@@ -68,7 +68,6 @@ def elastic_energy(model: Model, step: Increment) -> float:
 
 def section_ways(model: Model, step: Increment) -> np.ndarray:
     """Return opening, shear and turn of the sections (s, 3) from the motion of the segments they join."""
-    assert model.sections is not None
     face, here = model.interfaces, model.sections.interface
     a, b = face.block_a[here], face.block_b[here]
     moved = [
@@ -86,7 +85,6 @@ def section_ways(model: Model, step: Increment) -> np.ndarray:
 
 def section_forces(model: Model, step: Increment) -> np.ndarray:
     """Return axial force, shear force and moment of the sections (s, 3)."""
-    assert model.sections is not None
     here = model.sections.interface
     area, at = model.interfaces.contact_area[here], model.interfaces.contact_offset[here]
     sigma, tau = step.normal_stress[here], step.shear_stress[here]
@@ -123,8 +121,6 @@ def work_of(model: Model, case: Case, before: Increment | None, now: Increment) 
         return work
     moves = model.supports.prescribed[model.supports.prescribed_displacement != 0.0]
     if moves.size:
-        assert now.support_force is not None
-        assert before.support_force is not None
         reaction = 0.5 * (now.support_force + before.support_force)
         work += float((reaction * moved).ravel()[moves].sum())
     ground = model.interfaces.block_a == model.n_blocks
@@ -203,9 +199,6 @@ def audit(case: Case) -> tuple[list[dict[str, float]], list[Increment]]:
     return accounts, path
 
 
-# -- the walls ----------------------------------------------------------------------------------------------------
-
-
 def brickwork(joint: Joint, courses: int = 4, block: BlockMaterial | None = None) -> Assembly:
     """Return a small wall in running bond, 0.6 m long, its courses of bricks 0.2 m long and 0.1 m high."""
     wall = Assembly(thickness=0.11, joint=joint, block=block)
@@ -269,7 +262,6 @@ def pressed_wall() -> Case:
 
 
 def drawn_pair(joint: Joint, **moves: float) -> Model:
-    """Block on a held one, moved from there."""
     wall = Assembly(thickness=0.11, joint=joint)
     low, high = (wall.add_block(rectangle(0.0, y, 0.3, y + 0.1)) for y in (0.0, 0.1))
     wall.support(low)
@@ -295,17 +287,14 @@ def worn_pair() -> Case:
 
 
 def on_jacks(control: str, **more: object) -> Case:
-    usual: dict[str, object] = {
-        "wall": Wall(length=1.2, height=0.3),
-        "dpc": Dpc(course=2, friction=0.3),
-        "joint": Joint(tensile_strength=5e6, cohesion=5e6),
-        "footing": Footing(width=0.25, depth=0.1),
-        "movement": Movement(kind="doming", shape="jacks", central_deflection=2e-4, increments=6),
-        "loads": Loads(roof=2000.0),
-        "rig": Rig(supports=(0.05, 1.12), jacks=(0.3, 0.75), stop_at_zero=False),
-        "solver": ONE_STEP,
-    }
-    scene = Scene(**usual | more)  # type: ignore[arg-type]
+    usual: dict[str, object] = (
+        {"wall": Wall(length=1.2, height=0.3), "dpc": Dpc(course=2, friction=0.3)}
+        | {"joint": Joint(tensile_strength=5e6, cohesion=5e6), "footing": Footing(width=0.25, depth=0.1)}
+        | {"movement": Movement(kind="doming", shape="jacks", central_deflection=2e-4, increments=6)}
+        | {"loads": Loads(roof=2000.0), "rig": Rig(supports=(0.05, 1.12), jacks=(0.3, 0.75), stop_at_zero=False)}
+        | {"solver": ONE_STEP}
+    )
+    scene = Scene(**usual | more)
     if control == "load":
         scene = replace(scene, rig=replace(scene.rig, control="load", jack_load=3500.0))
     return Case(wall_model(scene), scene.solver, scene.movement.increments, ("external_work",))
@@ -341,7 +330,7 @@ def symmetric_wall(length: float = 1.2, **more: object) -> Case:
         loads=Loads(roof=3000.0),
         solver=replace(ONE_STEP, symmetric_half=True),
         **more,
-    )  # type: ignore[arg-type]
+    )
     model = wall_model(scene)
     uses = ("external_work", "friction_work")
     return Case(model, scene.solver, 8, uses, lambda x, factor: factor * profile.profile(x, length))

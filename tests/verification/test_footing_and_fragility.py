@@ -76,7 +76,7 @@ def test_the_arc_is_a_circle(verify: Verify, length: float, deflection: float) -
 @pytest.mark.parametrize("kind", ["dishing", "doming"])
 def test_a_flexible_wall_follows_its_footing(verify: Verify, kind: str) -> None:
     wall = Wall(length=4.8, height=0.15)
-    scene = Scene(wall=wall, movement=Movement(kind=kind, central_deflection=2e-4, increments=2))  # type: ignore[arg-type]
+    scene = Scene(wall=wall, movement=Movement(kind=kind, central_deflection=2e-4, increments=2))
     ds = damagepred.solve(scene, solver=Solver(blocks="rigid", tolerance=1e-9)).isel(increment=-1)
     ground = ds["contact_kind"].values == 3
     x = ds["contact_x"].values[ground]

@@ -220,8 +220,6 @@ def test_equal_jacks_bend_a_footing_of_zones(verify: Verify) -> None:
     verify(ZONED, case, solver.method, "δ/P (m/N)", (many * found[1] - few * found[0]) / (many - few), exact, 2e-2)
 
 
-# -- with brickwork bonded to it ---------------------------------------------------------------------------------------
-
 BOUND = 1e13
 """Strength that nothing reaches (Pa)."""
 

@@ -159,8 +159,6 @@ def test_a_stocky_footing_on_an_elastic_foundation(
     verify(HETENYI, case, solver.method, "w(0), w(L/2), w(L) (m)", found, exact, 3e-3 * (61 / pieces) ** 2)
 
 
-# -- lift-off ---------------------------------------------------------------------------------------------------------
-
 WALSH = Mound(shape="walsh", surface_movement=0.04, edge_distance=1.5)
 MITCHELL = Mound(shape="mitchell", surface_movement=0.05, exponent=2.0)
 TREE = Mound(shape="tree", surface_movement=0.03, reach=4.0)
@@ -195,7 +193,7 @@ def test_the_footing_lifts_off(
         strip.shear,
         stiffness * strip.width,
         strip.line_weight + load,
-        lambda x: mound.profile(x, length, kind),  # type: ignore[arg-type]
+        lambda x: mound.profile(x, length, kind),
     )
     case = f"{mound.shape}, {kind}, {load / 1e3:g} kN/m, k {stiffness / 1e6:g} N/mm²/m: {strip}"
     x = np.linspace(0.0, length, 13)

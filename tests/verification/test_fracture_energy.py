@@ -62,11 +62,6 @@ BOX = closed_form(
 )
 
 
-def least_shear_energy(joint: Joint) -> float:
-    """Return the shear fracture energy below which the first slip breaks the bond (N/m)."""
-    return 1.1 * (joint.cohesion - joint.residual_cohesion) ** 2 / (2 * joint.shear_stiffness)
-
-
 def laws() -> dict[str, Joint]:
     """Return a softening joint with every combination of what goes with it."""
     found = {}
@@ -80,7 +75,9 @@ def laws() -> dict[str, Joint]:
         if isinstance(shear, float):
             if more == "dilation":  # refused
                 continue
-            joint = replace(joint, shear_fracture_energy=shear * least_shear_energy(joint))
+            # below this energy the first slip breaks the bond
+            least = 1.1 * (joint.cohesion - joint.residual_cohesion) ** 2 / (2 * joint.shear_stiffness)
+            joint = replace(joint, shear_fracture_energy=shear * least)
             words = [f"G_II {shear:g}"]
         else:
             joint = replace(joint, brittle_shear=shear is not None)
@@ -263,7 +260,6 @@ def test_a_half_softened_joint_has_taken_its_share(verify: Verify, law: str, sha
 
 def worn_under_tension(joint: Joint, opened: float, sheared: float, steps: int) -> dict[str, float]:
     """Return where the work goes (N/m) along a straight path, by the explicit solver's law in many small steps."""
-    assert joint.shear_fracture_energy is not None
     rest = joint.friction if joint.residual_friction is None else joint.residual_friction
     intact, residual_strength = (F_T, joint.cohesion, joint.friction), (0.0, joint.residual_cohesion, rest)
     slip_weight = (W_C - U_0) * (joint.cohesion - joint.residual_cohesion) / (2 * joint.shear_fracture_energy)

@@ -9,8 +9,6 @@ With bricks of finite stiffness, the exact moduli are those of a periodic cell i
 by polynomials. All bricks of either bond are one brick and its translations, so the cell is one brick.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numba
@@ -18,8 +16,9 @@ import numpy as np
 import pytest
 from numpy.polynomial.legendre import legder, leggauss, legval
 
-from damagepred import Scene
+from damagepred import Scene, solve
 from damagepred.assembly.model import InterfaceRecords, Model
+from damagepred.enumerations import ContactKind
 from damagepred.kernels.interface.kinematics import interface_displacement
 from damagepred.one_wall.judged_path import model_of
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -61,7 +60,7 @@ def wall(
 @numba.njit
 def relative_displacement(records: InterfaceRecords, motion: np.ndarray, i: int) -> tuple[float, float, float]:
     """Return opening and shear in the middle of an interface, and its relative rotation."""
-    return interface_displacement(records.edge[i], records.elastic, motion, i)  # type: ignore[no-any-return]
+    return interface_displacement(records.edge[i], records.elastic, motion, i)
 
 
 def cell_energy(model: Model, strain: tuple[float, float, float], rotation: float) -> float:
@@ -200,3 +199,39 @@ def test_moduli_of_elastic_bricks(module: tuple[float, float], stiffness: tuple[
 def test_the_exact_cell_of_the_test_wall() -> None:
     """Brick 240 x 75 mm, 82 and 36 N/mm3, in GPa: exact 6.58, 3.65, 1.41."""
     assert exact_moduli(0.24, 0.075, (82e9, 36e9), "running") / 1e9 == pytest.approx([6.58, 3.653, 1.413], rel=2e-3)
+
+
+LENGTH, CURVATURE = 2.64, 1e-3
+
+
+def peaks(**solver: object) -> dict[str, float]:
+    """Largest tension (MPa) of head joints, bed joints and the bed on the base in the middle of the strip."""
+    scene = Scene.from_dict(
+        {
+            "wall": {"length": LENGTH, "height": 0.15},
+            "block": {"density": 0.0},
+            "joint": {"tensile_strength": 100e6, "cohesion": 100e6},
+            "movement": {
+                "kind": "doming",
+                "shape": "parabola",
+                "central_deflection": CURVATURE * LENGTH**2 / 8,
+                "increments": 1,
+            },
+            "solver": solver,
+        }
+    )
+    ds = solve(scene)
+    middle = np.abs(ds["contact_x"].values - LENGTH / 2) < 0.25
+    stress, kind = ds["contact_normal_stress"].values[-1], ds["contact_kind"].values
+    names = {"head": ContactKind.HEAD_JOINT, "bed": ContactKind.BED_JOINT, "base": ContactKind.FOOTING_INTERFACE}
+    return {name: 1e-6 * float(stress[middle & (kind == of)].max()) for name, of in names.items()}
+
+
+def test_elastic_bricks_follow_a_curved_base() -> None:
+    exact = peaks(blocks="deformable", zone_size=0.03, contacts_per_interface=5)
+    elastic, rigid = peaks(blocks="elastic"), peaks(blocks="rigid")
+    assert elastic["head"] == pytest.approx(exact["head"], rel=0.03)
+    assert elastic["bed"] == pytest.approx(exact["bed"], abs=0.03)
+    assert elastic["base"] == pytest.approx(exact["base"], abs=0.03)
+    assert rigid["bed"] > 3.0 * exact["bed"]
+    assert rigid["base"] > 5.0 * exact["base"]

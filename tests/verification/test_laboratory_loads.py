@@ -1,7 +1,5 @@
 """Laboratory tests in a scene file, against closed forms: columns, statics, rocking, and one path by three controls."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -23,8 +21,7 @@ BEAM = Scene(
 
 
 def controlled(wall: Scene, **loading: object) -> Scene:
-    """Return a test with another control."""
-    return replace(wall, loading=Loading(**loading))  # type: ignore[arg-type]
+    return replace(wall, loading=Loading(**loading))
 
 
 @pytest.mark.parametrize("blocks", ["rigid", "elastic"])
@@ -70,7 +67,7 @@ def test_three_controls_follow_one_path() -> None:
         float(by_gauge[name].values[-1]) for name in ("load_force", "load_displacement", "gauge_opening")
     )
     assert gauge == pytest.approx(40e-6, rel=1e-6)
-    points = {"gauge": BEAM.loading.gauge}  # type: ignore[union-attr]
+    points = {"gauge": BEAM.loading.gauge}
     for same in (
         controlled(BEAM, control="force", force=force, **points),
         controlled(BEAM, control="displacement", displacement=moved, **points),
@@ -238,7 +235,7 @@ def test_a_wall_in_motion_has_no_load() -> None:
 def test_wrong_tests_are_refused(wrong: dict[str, object], said: str) -> None:
     """What cannot be tested is said in one sentence."""
     with pytest.raises(InputError, match=said):
-        replace(BEAM, **wrong)  # type: ignore[arg-type]
+        replace(BEAM, **wrong)
 
 
 @pytest.mark.parametrize(
@@ -254,7 +251,7 @@ def test_wrong_tests_are_refused(wrong: dict[str, object], said: str) -> None:
 def test_wrong_controls_are_refused(wrong: dict[str, object], said: str) -> None:
     """What is controlled is given, and nothing else."""
     with pytest.raises(InputError, match=said):
-        Loading(**wrong)  # type: ignore[arg-type]
+        Loading(**wrong)
 
 
 def test_a_gauge_beside_the_wall_is_refused() -> None:

@@ -145,7 +145,7 @@ def test_linear_program_for_ferris_and_tin_loi(verify: Verify) -> None:
 
 @pytest.mark.parametrize("method", ["quasi_static", pytest.param("explicit", marks=pytest.mark.thorough)])
 def test_ferris_and_tin_loi(verify: Verify, method: str) -> None:
-    solver = Solver(method=method, lump_block_elasticity=False)  # type: ignore[arg-type]
+    solver = Solver(method=method, lump_block_elasticity=False)
     verify(FERRIS, "33 blocks", solver.method, "λ", standing(FERRIS_WALL, solver, 0.83), 0.640, 0.03)
 
 
@@ -160,7 +160,7 @@ def test_ferris_and_tin_loi(verify: Verify, method: str) -> None:
     ],
 )
 def test_a_dry_wall_is_pushed_over(verify: Verify, wall: DryWall, top: float, method: str) -> None:
-    solver = Solver(method=method, lump_block_elasticity=False)  # type: ignore[arg-type]
+    solver = Solver(method=method, lump_block_elasticity=False)
     exact = limit(wall)
     words = "pushed sideways" if wall.push == "sideways" else "loaded by a share of its weight"
     case = f"{wall.name}, {words}, μ = {wall.friction:g}"

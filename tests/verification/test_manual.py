@@ -38,8 +38,6 @@ def test_the_page_has_chapters_in_order_and_all_cases(cases):
 
 
 class Collected:
-    """Number of tests that a command collects."""
-
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         self.count = len(session.items)
 

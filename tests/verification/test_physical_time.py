@@ -48,7 +48,6 @@ def weightless(unit: Unit, count: int, material: BlockMaterial | None = None) ->
 
 @pytest.fixture(autouse=True, scope="module")
 def compiled_runs() -> None:
-    """Compile or load what runs in physical time need."""
     solve(weightless(BRICK, 1), Dynamics(duration=1e-4, outputs=1))
 
 

@@ -1,7 +1,5 @@
 """Settlement profiles against closed forms: tilt, superposition, Gaussian trough and step."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -29,7 +29,6 @@ def history(*stages: Stage) -> Movement:
 
 
 def bar(bed: Joint, movement: Movement, length: float = 2.0, **changed: object) -> Scene:
-    """Return a wall of one course on a bed on still ground."""
     settings = {"blocks": "rigid", "lump_block_elasticity": False, **changed}
     return Scene(
         wall=Wall(length=length, height=0.1, block_length=0.2, block_height=0.1),
@@ -163,15 +162,11 @@ def test_both_solvers_agree_on_soil_with_strain_and_creep(shape: str) -> None:
         {"kind": "dishing", "surface_movement": share * size, "increments": 3, "time": time}
         for share, time in ((1.0, 0.5), (0.0, 1.0), (0.5, 1.5))
     ]
-    tables = {
-        "wall": {"length": 1.92, "height": 0.6},
-        "dpc": {"course": 2},
-        "footing": {"width": 0.3, "depth": 0.3},
-        "movement": {"shape": "mound", "stage": stages},
-        "mound": {"shape": shape, "surface_movement": size},
-        "strain": {"growth": 5e-4, "temperature_swing": 20},
-        "creep": {"relaxation_time": 1.0},
-    }
+    tables = (
+        {"wall": {"length": 1.92, "height": 0.6}, "dpc": {"course": 2}, "footing": {"width": 0.3, "depth": 0.3}}
+        | {"movement": {"shape": "mound", "stage": stages}, "mound": {"shape": shape, "surface_movement": size}}
+        | {"strain": {"growth": 5e-4, "temperature_swing": 20}, "creep": {"relaxation_time": 1.0}}
+    )
     one, other = (solve(Scene.from_dict({**tables, "solver": {"method": method}})) for method in SOLVERS)
     assert one["progress"].values[[3, 6, 9]].tolist() == [1.0, 0.0, 0.5]
     for name in ("dpc_opening_max", "central_deflection"):
@@ -191,14 +186,10 @@ def test_the_course_of_growth_and_temperature() -> None:
 def test_seasons_have_a_strain_at_each_increment() -> None:
     wall = Scene(movement=Movement(seasons=Seasons(years=2, increments=3)), strain=Strain(growth=7e-4))
     found = wall.strain_of_increments
-    assert found is not None
     assert len(found) == 13
     assert found[6] == pytest.approx(7e-4 * np.log(2) / np.log(16))
     other = wall.with_values({"strain.growth": 3.5e-4, "strain.growth_time": 1.0})
     assert other.strain_of_increments == pytest.approx(0.5 * found)
-
-
-# -- creep --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("method", SOLVERS)

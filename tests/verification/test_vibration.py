@@ -74,7 +74,6 @@ def vertical(model: Model) -> FloatArray:
 
 
 def glued(unit: Unit, count: int, **material: float) -> Model:
-    """Return the model of a stack whose joints do not open."""
     joint = unit.joint(tensile_strength=1e12, cohesion=1e12)
     solver = Solver(method="explicit", blocks="rigid", lump_block_elasticity=bool(material))
     made_of = BlockMaterial(density=unit.density, **material) if material else None
@@ -219,7 +218,6 @@ def test_a_block_slides_down_an_incline(verify: Verify, unit: Unit, friction: fl
     run = physical(model, dt)
     run.motion.load[:3] = model.supports.load[:3]
     rest = DiscreteSystem.of(model).elastic_displacement()
-    assert rest is not None
     run.motion.displacement[:] = rest
     run._cycle(steps, 1.0, 0.0, 0.0)
     case = f"tan α = {slope:g}, tan φ = {friction:g}, T = {steps * dt:.3g} s: {unit}"

@@ -1,7 +1,5 @@
 """Bonds, gables, end openings and basement windows against closed forms, areas and equilibrium."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numba
@@ -35,7 +33,7 @@ def cells_of(bond: str, b: float, h: float, k_n: float, k_s: float, t: float) ->
 @numba.njit
 def relative_displacement(records: InterfaceRecords, motion: np.ndarray, i: int) -> tuple[float, float, float]:
     """Opening and shear in the middle of an interface, and its relative rotation."""
-    return interface_displacement(records.edge[i], records.elastic, motion, i)  # type: ignore[no-any-return]
+    return interface_displacement(records.edge[i], records.elastic, motion, i)
 
 
 # share of k_nv b, and of k_sb b^2 / h, in the stiffness along the wall; period over a brick

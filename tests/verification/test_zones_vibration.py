@@ -46,7 +46,6 @@ PULSE = closed_form(
 
 
 def bar(material: BlockMaterial, length: float, height: float, size: float, plane: str, held: bool) -> Model:
-    """Return a bar along x, fixed at its left end."""
     assembly = Assembly(thickness=0.1, gravity=(0.0, 0.0), block=material)
     block = assembly.add_block(rectangle(0.0, 0.0, length, height), zone_size=size)
     assembly.hold_points(block, lambda x, y: x < 1e-9, x=0.0)
@@ -54,12 +53,11 @@ def bar(material: BlockMaterial, length: float, height: float, size: float, plan
         assembly.hold_points(block, lambda x, y: (y < 1e-9) | (y > height - 1e-9), y=0.0)
     else:
         assembly.hold_points(block, lambda x, y: (x < 1e-9) & (y < 1e-9), y=0.0)
-    return assembly.build(Solver(plane=plane))  # type: ignore[arg-type]
+    return assembly.build(Solver(plane=plane))
 
 
 def masses(model: Model) -> FloatArray:
     """Return the mass of each degree of freedom (kg), 0 where there is none."""
-    assert model.mesh is not None
     mass = np.zeros(model.size)
     mass[model.mesh.dof_x] = mass[model.mesh.dof_y] = gridpoint_mass(model)
     return mass
@@ -94,7 +92,6 @@ def test_frequencies_of_a_bar(verify: Verify, material: BlockMaterial, plane: st
     for size in sizes:
         model = bar(material, length, 0.125, size, plane, held)
         frequency, shape, free = modes(model)
-        assert model.mesh is not None
         along = np.square(shape[np.isin(free, model.mesh.dof_x)]).sum(axis=0) > 0.99
         # without change across the bar
         found = frequency[along][:3]
@@ -113,9 +110,8 @@ def test_lames_mode_of_a_square(verify: Verify, material: BlockMaterial, side: f
     for count in cells:
         assembly = Assembly(thickness=0.1, block=material)
         assembly.add_block(rectangle(0.0, 0.0, side, side), zone_size=side / count)
-        model = assembly.build(Solver(plane=plane))  # type: ignore[arg-type]
+        model = assembly.build(Solver(plane=plane))
         mesh = model.mesh
-        assert mesh is not None
         frequency, shape, free = modes(model, exact)
         wave = np.zeros(model.size)
         kx, ky = n * np.pi * mesh.x / side, n * np.pi * mesh.y / side
@@ -138,7 +134,6 @@ def test_a_wave_in_a_bar(verify: Verify, material: BlockMaterial) -> None:
     size = length / cells
     model = bar(made_of, length, 0.2, size, "stress", False)
     mesh = model.mesh
-    assert mesh is not None
     speed = float(np.sqrt(material.elastic_modulus / material.density))
     mass, free = masses(model), np.setdiff1d(np.flatnonzero(masses(model)), DiscreteSystem.of(model).constrained_dofs)
     stiffness = DiscreteSystem.of(model).elastic_stiffness
@@ -166,7 +161,6 @@ def test_a_wave_in_a_bar(verify: Verify, material: BlockMaterial) -> None:
     verify(PULSE, case, "explicit cycle", "speed of both crests (m/s)", computed, speed, 2e-3)
     verify(PULSE, case, "explicit cycle", "height of both crests (m)", [crests[0][1], crests[1][1]], 0.5e-4, 5e-3)
     # the crest that runs to the right: s_xx = -rho c v
-    assert run.zones is not None
     stress = run.zones.stresses(u)[:, 0]
     middle = mesh.x[mesh.zones].mean(axis=1)
     velocity = run.motion.velocity[mesh.dof_x][mesh.zones].mean(axis=1) / dt

@@ -1,7 +1,5 @@
 """Common parts of the checks of deformable blocks: solution, plane elasticity, and mesh convergence."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -23,15 +21,12 @@ NAMES = {BRICKWORK: "brickwork", CONCRETE: "concrete", RUBBER: "rubber"}
 def solved(
     assembly: Assembly, solver: Solver, plane: str = "stress", increments: int = 1, **settings: object
 ) -> tuple[Model, list[Increment]]:
-    """Return the model and its path."""
-    own = replace(solver, plane=plane, **settings)  # type: ignore[arg-type]
+    own = replace(solver, plane=plane, **settings)
     model = assembly.build(own)
     return model, list(solve_path(model, own, increments))
 
 
 def zones_of(increment: Increment) -> ZoneResults:
-    """Return the reported variables of the zones."""
-    assert increment.zones is not None
     return increment.zones
 
 
@@ -64,14 +59,12 @@ def out_of_plane(material: BlockMaterial, plane: str, in_plane: float) -> float:
 
 def centres(model: Model) -> tuple[FloatArray, FloatArray]:
     """Return x, y of the zones' centroids (m)."""
-    assert model.mesh is not None
     return model.mesh.x[model.mesh.zones].mean(axis=1), model.mesh.y[model.mesh.zones].mean(axis=1)
 
 
 def point_forces(model: Model, stress: FloatArray) -> FloatArray:
     """Return the force x, y that holds each gridpoint (g, 2) (N) against its zones."""
     mesh = model.mesh
-    assert mesh is not None
     volume = mesh.zone_area * model.block_law.thickness[mesh.zone_block]
     each = np.einsum("zki,zk->zi", strain_rows(model), stress[:, :3]) * volume[:, None]
     force = np.zeros((mesh.x.size, 2))
