@@ -4,8 +4,6 @@ A list that is missing is written, and its test fails once: check the result bef
 one part of a result; its numbers may differ in their last digit.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,7 +21,6 @@ NUMBER = re.compile(r"(?<![\w#.])[-+]?(?:\d+\.?\d*(?:e[-+]?\d+)?|inf|nan)(?!\w)"
 
 
 def number(values: Any) -> str:
-    """Numbers to four figures."""
     return " ".join(f"{v + 0.0:.4g}" for v in np.ravel(values).astype(float))
 
 

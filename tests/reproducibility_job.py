@@ -51,8 +51,6 @@ SCENES = {
 
 
 class Digests:
-    """Digest of every variable of what was computed."""
-
     def __init__(self) -> None:
         self.found: dict[str, str] = {}
 
@@ -132,7 +130,6 @@ def _study(folder: Path, found: Digests) -> None:
 
 
 def _curves(folder: Path, found: Digests) -> None:
-    """Fit, estimate and report a study of many walls."""
     import re
 
     import damagepred
@@ -157,9 +154,6 @@ def _curves(folder: Path, found: Digests) -> None:
     found.found["report"] = hashlib.sha256(re.sub(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d\S*", "", text).encode()).hexdigest()[
         :16
     ]
-
-
-# -- lines that BLAS is called from ------------------------------------------------------------------------------------
 
 
 def lines_with_matrices() -> dict[str, set[int]]:
@@ -200,7 +194,6 @@ class Watch:
         return self.line if lines and event == "call" else None
 
     def line(self, frame, event, argument):
-        """Note one line."""
         file = frame.f_code.co_filename
         if event == "line" and frame.f_lineno in self.lines[file]:
             from damagepred.runtime.one_thread import has_one_blas_thread

@@ -1,7 +1,5 @@
 """What the README and the notebooks use is public: of ``damagepred`` itself or of its public subpackages."""
 
-from __future__ import annotations
-
 import ast
 import json
 import re
@@ -53,7 +51,7 @@ def test_every_public_name_is_there() -> None:
         assert getattr(damagepred, name) is not None
     assert dir(damagepred) == sorted(damagepred.__all__)
     with pytest.raises(AttributeError, match="no attribute 'walls'"):
-        _ = damagepred.walls  # type: ignore[attr-defined]
+        _ = damagepred.walls
 
 
 def test_the_package_is_imported_without_what_it_stands_on() -> None:

@@ -1,7 +1,5 @@
 """Back-analysis: movement and cause from what is observed on a wall, with replays kept beside the archive."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from pathlib import Path
@@ -39,7 +37,6 @@ FIXED = SMALL_STUDY.partition('[variables."movement')[0] + '[scene.solver]\nbloc
 
 @pytest.fixture(scope="module")
 def causes(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """Return two small studies, of dishing and of doming."""
     place = tmp_path_factory.mktemp("causes")
     for kind in ("dishing", "doming"):
         text = FIXED.replace('kind = "doming"', f'kind = "{kind}"').replace("stop_at_category = 4", "")

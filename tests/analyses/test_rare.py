@@ -124,7 +124,7 @@ def test_a_failed_wall_is_known_up_to_its_failure(steps: int, known: str | None,
     follow = capacity.follow_scene
 
     def breaks_off(*given: object) -> Iterator[object]:
-        for k, step in enumerate(follow(*given)):  # type: ignore[arg-type]
+        for k, step in enumerate(follow(*given)):
             if k > steps:
                 raise ConvergenceError("no equilibrium")
             yield step

@@ -32,8 +32,6 @@ from tests.conftest import SMALL_STUDY
 from tests.synthetic_studies import synthetic_study
 from tests.uq.test_fragility import fail, study
 
-# -- back-analysis -----------------------------------------------------------------------------------------------------
-
 
 def three_walls() -> Any:
     """Movements to 4, 4 and 2 mm; the second is in category 2 from its second increment on and ends before the last."""
@@ -184,9 +182,6 @@ def test_tables_of_a_posterior() -> None:
     assert "log_evidence" not in kept
 
 
-# -- design search -----------------------------------------------------------------------------------------------------
-
-
 def test_losses_of_walls_and_values_of_measures() -> None:
     """Repair costs are of the worst category reached; a wall that failed before the movement counts at a bound."""
     ds = study(np.array([[1.5, 3.5], [2.5, 9.0], [9.0, 9.0], [9.0, 9.0]]), end=4.0, increments=4, highest_category=2)
@@ -221,9 +216,6 @@ def test_losses_of_walls_and_values_of_measures() -> None:
         "joint.dilation",
         "title",
     ]
-
-
-# -- portfolio ---------------------------------------------------------------------------------------------------------
 
 
 def test_cells_and_keys_of_a_table_of_houses(tmp_path: Path) -> None:
@@ -263,9 +255,6 @@ def test_cells_and_keys_of_a_table_of_houses(tmp_path: Path) -> None:
             map_columns(names, tmp_path / "a.gpkg", crs)
 
 
-# -- rare events -------------------------------------------------------------------------------------------------------
-
-
 def test_a_log_of_walls_without_damaged_lines(tmp_path: Path) -> None:
     """Lines of this question, of another, of an older version without digest, and an unfinished one."""
     file = tmp_path / "walls.jsonl"
@@ -300,9 +289,6 @@ def test_the_study_of_a_limit_state_has_no_movement_of_its_own() -> None:
         with pytest.raises(InputError, match=words):
             Question(**{"category": 1, "at": 1.0} | wrong).check(settings)
     Question(4, 1e-9, 1.0).check(settings)
-
-
-# -- sensitivity, alternatives and the mean wall -----------------------------------------------------------------------
 
 
 def test_outputs_of_a_sensitivity() -> None:

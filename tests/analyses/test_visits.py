@@ -1,7 +1,5 @@
 """Surveys over time: series of readings, histories of the movement, their posterior, rate and forecast."""
 
-from __future__ import annotations
-
 import datetime as dt
 import math
 from pathlib import Path

@@ -11,7 +11,7 @@ from damagepred.archive import provenance
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import Column, joined, write_part
 from damagepred.errors import ArchiveWarning
-from tests.archive.test_parts import row
+from tests.archive.test_files import row
 from tests.synthetic_studies import synthetic_study
 
 

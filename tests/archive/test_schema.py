@@ -52,9 +52,6 @@ def test_flags_mean_what_the_code_means():
         assert names == CATEGORIES[: len(names)]
 
 
-# -- datasets --------------------------------------------------------------------------------------------------------
-
-
 def test_unregistered_names_are_refused_unless_described():
     with pytest.raises(KeyError, match="joint_colour"):
         dataset({"joint_colour": [1.0]}, {})

@@ -35,11 +35,9 @@ def solved() -> xr.Dataset:
 def test_a_dataset_holds_what_the_solver_reported(solved: xr.Dataset) -> None:
     model = wall_model(SCENE)
     mesh = model.mesh
-    assert mesh is not None
     steps = list(follow(model, SCENE.solver, Damage(), 2))
     for i, step in enumerate(steps):
         zones = step.increment.zones
-        assert zones is not None
         for k, name in enumerate(("xx", "yy", "xy", "zz")):
             np.testing.assert_array_equal(solved[f"zone_stress_{name}"][i], zones.stress[:, k])
         for k, name in enumerate("xy"):
@@ -63,7 +61,6 @@ def test_zones_are_counted_by_what_yields() -> None:
     """Three zones yield in shear, five in tension, seven in both, two have yielded before, four are elastic."""
     state = np.repeat(np.array(ZoneState, dtype=np.int8), (4, 3, 5, 7, 2))
     step = next(follow(wall_model(SCENE), SCENE.solver, Damage(), 2))
-    assert step.increment.zones is not None
     step = step._replace(increment=replace(step.increment, zones=step.increment.zones._replace(state=state)))
     values = path_values(wall_model(SCENE), [step])
     counts = [values[f"zones_{how}"].tolist() for how in ("in_shear", "in_tension", "yielded_before")]

@@ -39,14 +39,15 @@ def settings(changes: dict[str, Any] | None = None, **sampling: Any) -> StudySet
 
 
 @pytest.mark.parametrize("replicates", [1, 4])
-def test_every_number_of_a_standing(tmp_path: Path, replicates: int) -> None:
+def test_every_number_of_a_standing(tmp_path: Path, replicates: int, monkeypatch: pytest.MonkeyPatch) -> None:
     failed, missing = (3, 11, 17), (20, 21, 22, 23, 24)
     folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 40, (5e-3, 9e-3), failed=failed, missing=missing))
     ds = folder.results()
     ds["run_time"].values[:] = np.arange(40) * 0.5  # of 0 to 19.5 s: 9.75 s on average
     if replicates > 1:
         ds.attrs["replicates"] = replicates
-    found = standing_of(folder, ds)
+    monkeypatch.setattr(StudyFolder, "results", lambda *given: ds)
+    found = study_status(folder.path)
     assert (found.total, found.done, found.failed, found.remaining) == (40, 35, 3, 5)
     assert status_lines(found)[:2] == [
         "small wall that cracks: 35 of 40 walls done, 3 failed, 5 remaining",
@@ -75,13 +76,6 @@ def test_every_number_of_a_standing(tmp_path: Path, replicates: int) -> None:
     assert "; ".join(row[0] for row in share_rows(found)) == (
         "0 negligible; 1 very slight; 2 slight; 3 moderate; 4 severe"
     )
-
-
-def standing_of(folder: StudyFolder, ds: Any) -> Any:
-    """Return the standing of a study whose results are these."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(StudyFolder, "results", lambda *given: ds)
-        return study_status(folder.path)
 
 
 def test_rows_of_a_batch_that_follow_each_other_share_a_file(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -63,7 +63,6 @@ print("mine", flush=True)
 time.sleep(60)
 """
     writer = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
-    assert writer.stdout is not None
     assert writer.stdout.readline() == "mine\n"
     with pytest.raises(
         StudyError, match=rf"another damagepred .*\(process {writer.pid} on .* since 20.*\); wait for it"
@@ -96,7 +95,6 @@ def test_replay_is_bit_for_bit_with_any_solver_and_fields(tmp_path: Path, kind: 
         ds, comparison = replay(folder, sample)
         assert comparison == f"bit for bit equal to sample {sample} of the archive"
         file = StudyFolder(folder).part_of(sample)
-        assert file is not None
         part = read_part(file)
         row = part["sample"].values.tolist().index(sample)
         for name in ("crack_width_max", "external_work", "newton_iterations", "unbalanced_force_ratio"):

@@ -62,9 +62,6 @@ def test_a_latin_hypercube_cannot_be_stopped(tmp_path: Path) -> None:
         run_until(Study(settings(sampler="lhs", stop_when=rule)), tmp_path / "s.dp")
 
 
-# -- importance sampling and tables in a study ------------------------------------------------------------------------
-
-
 def test_weights_are_kept_with_the_samples(tmp_path: Path) -> None:
     study = Study(settings(samples=8, importance={"joint.friction": {"shift": -1.5}}, nominal_share=0.2))
     with ThreadPoolExecutor(2) as executor:

@@ -23,7 +23,7 @@ from damagepred.cli.sentences import cost_lines
 from damagepred.errors import InputError
 from damagepred.results.tables import Column, Table
 from damagepred.scene.accuracy import Measured
-from tests.archive.test_parts import row
+from tests.archive.test_files import row
 from tests.conftest import SMALL_STUDY
 from tests.synthetic_studies import synthetic_study
 

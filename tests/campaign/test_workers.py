@@ -168,16 +168,12 @@ print(*pool.processes, flush=True)
 time.sleep(60)
 """
     parent = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
-    assert parent.stdout is not None
     workers = [int(number) for number in parent.stdout.readline().split()]
     assert len(workers) == 2
     parent.kill()  # the parent alone
     parent.wait()
     while any(Path(f"/proc/{worker}").exists() for worker in workers):
         time.sleep(0.1)  # until the test takes too long
-
-
-# -- batches ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.thorough

@@ -25,9 +25,6 @@ from tests.exports.conftest import curves_of
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"
 
 
-# -- pelicun ---------------------------------------------------------------------------------------------------------
-
-
 def test_pelicun_has_a_row_with_its_columns_and_the_parameters(ratios: xr.Dataset, tmp_path: Path) -> None:
     table, options = export_curves(ratios, "pelicun", tmp_path / "curves.nc")
     assert (table.name, options.name) == ("curves_pelicun.csv", "curves_pelicun.json")
@@ -61,9 +58,6 @@ def test_exports_name_the_ground_that_moves() -> None:
 def test_a_measure_pelicun_cannot_be_told_of_is_refused(ratios: xr.Dataset) -> None:
     with pytest.raises(InputError, match="intensity_measure = 'curvature': exports for pelicun take deflection_ratio"):
         pelicun_frame(ratios.assign_attrs(intensity_measure="curvature"))
-
-
-# -- OpenQuake -------------------------------------------------------------------------------------------------------
 
 
 def _function(xml: str) -> Tree.Element:
@@ -127,9 +121,6 @@ def test_a_file_for_openquake_has_the_form_asked_for(kind: str, form: str, defle
     assert _function(file.read_text(encoding="utf-8")).get("format") == form
 
 
-# -- what cannot be told ---------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("kind", ["pelicun", "openquake", "openquake-discrete"])
 def test_a_category_without_a_curve_is_refused_and_can_be_left_out(kind: str, tmp_path: Path) -> None:
     curves = curves_of([0.002, 0.004, np.nan], [0.3, 0.3, np.nan])
@@ -176,9 +167,6 @@ def test_unknown_categories_formats_and_datasets_are_named(ratios: xr.Dataset, t
         pelicun_frame(xr.Dataset())
     with pytest.raises(StudyError, match="its folder does not exist"):
         export_curves(ratios, "openquake", tmp_path / "nowhere" / "a.nc")
-
-
-# -- tables ----------------------------------------------------------------------------------------------------------
 
 
 def test_frames_of_curves_hold_what_the_dataset_holds(ratios: xr.Dataset) -> None:

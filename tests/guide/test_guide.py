@@ -32,7 +32,6 @@ def run(command: list[str], folder: Path) -> subprocess.CompletedProcess:
 
 
 def in_a_shell(language: str, text: str) -> None:
-    """Run it as users do."""
     start = ["bash", "-euo", "pipefail", "-c"] if language == "bash" else [sys.executable, "-c"]
     done = run([*start, text], Path.cwd())
     assert done.returncode == 0, f"{text}\n{done.stdout}\n{done.stderr}"

@@ -40,11 +40,6 @@ def test_eq_4_as_printed_keeps_the_cohesion_after_slip_and_loses_tension_when_cr
     assert joint.fracture_energy is None
 
 
-def test_paper_s_values_obey_the_apex_rule():
-    joint = Joint()
-    assert joint.tensile_strength <= joint.cohesion / joint.friction
-
-
 def test_material_file_and_defaults_agree(data_folder: Path):
     tables = tomllib.loads((data_folder / "materials" / "zhuge.toml").read_text())
     for table, described in (

@@ -61,17 +61,11 @@ def test_a_number_that_is_left_out_is_no_misspelling():
         )
 
 
-# -- rig -------------------------------------------------------------------------------------------------------------
-
-
 def test_places_at_the_very_ends_and_beyond_the_supports_are_accepted():
     Rig(supports=(0.0, 6.0), jacks=(3.0,)).check_places(6.0)
     Rig(supports=(2.0, 4.0), jacks=(0.0, 6.0)).check_places(6.0)  # jacks on both cantilevers
     Scene.from_dict({"movement": {"shape": "jacks"}, "rig": {"supports": [0.0, 6.0]}})
     Scene.from_dict({"rig": {"supports": [0.0, 60.0]}})  # not read with a prescribed movement
-
-
-# -- soil, footing ---------------------------------------------------------------------------------------------------
 
 
 def test_stiffness_of_the_soil_is_the_same_by_default_in_template_guide_statistics_and_study(data_folder: Path) -> None:
@@ -123,15 +117,6 @@ def test_standard_footings_are_footings():
 def test_what_the_table_does_not_have_is_told():
     with pytest.raises(InputError, match=r"'M full_masonary'.*Did you mean 'M full_masonry'"):
         standard_footing("M", "full_masonary")
-
-
-def test_names_to_values():
-    concrete = ReinforcedConcrete(grade="N32", bottom="4-L12TM", top="2-L8TM")
-    assert concrete.compressive_strength == 32e6
-    assert concrete.concrete_modulus == 30.1e9  # AS 3600
-    assert concrete.flexural_strength == pytest.approx(0.6 * 32**0.5 * 1e6)
-    assert concrete.bottom_wires == (pytest.approx(4 * 111.2e-6), 11.9e-3)
-    assert concrete.top_wires == (pytest.approx(2 * 45.4e-6), 7.6e-3)
 
 
 @pytest.mark.parametrize(

@@ -21,13 +21,6 @@ __all__ = ["command"]
 
 SOFT = "[wall]\nlength = 1.2\nheight = 0.6\n[movement]\nincrements = 2\n[joint]\nnormal_stiffness = 2e5\n"
 
-REFUSED = {
-    "density": ({"block": {"density": 2e15}}, "at most 100000 kg/m3"),
-    "thickness": ({"wall": {"thickness": 1e-9}}, "at least 0.001 m"),
-    "modulus": ({"block": {"elastic_modulus": 1e30}}, "at most 1e+16 Pa"),
-}
-
-
 IMPOSSIBLE = {
     "a strength in MPa": (
         {"joint": {"tensile_strength": 0.453}},
@@ -136,15 +129,6 @@ def test_impossible_means_are_refused(command: Run, tmp_path: Path, name: str) -
         in refused.err
     )
     assert "joint.cohesion = 0.453 Pa: must be 0, or at least 10 Pa. Did you mean '0.453 MPa'?" in refused.err
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_refused(name: str) -> None:
-    tables, words = REFUSED[name]
-    with pytest.raises(InputError) as refused:
-        Scene.from_dict(tables)
-    assert words in str(refused.value)
-    assert "\n" not in str(refused.value)
 
 
 def test_a_wall_that_sinks_is_marked(command: Run, tmp_path: Path) -> None:

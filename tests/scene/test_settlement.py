@@ -1,7 +1,5 @@
 """Settlement of the ground: forms and measures against hand calculation, files, and refusals."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -116,7 +114,6 @@ def test_histories_go_both_ways():
     movement = scene(shape="settle", stage=stages).movement
     history = movement.increments_of_history()
     assert movement.settlement == 0.01
-    assert history is not None
     assert history.load_factors[[10, 20]].tolist() == [1.0, -0.4]
     wall = scene(shape="settle", stage=stages).with_values({"movement.settlement": 0.02})
     assert [s.settlement for s in wall.movement.stage] == [0.02, 0.008]

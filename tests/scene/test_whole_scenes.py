@@ -1,7 +1,5 @@
 """Whole scenes: their values, what follows from them, and the ground's form, against the lists in ``scenes/``."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator
 from functools import cached_property
@@ -92,7 +90,6 @@ SCENES: dict[str, dict[str, Any]] = {
 
 
 def followed(value: Any, name: str) -> Iterator[tuple[str, Any]]:
-    """Yield the properties of a table and of the tables in it."""
     for key in sorted(dir(type(value))):
         member = getattr(type(value), key)
         if isinstance(member, property | cached_property) and not key.startswith("_"):
@@ -105,7 +102,6 @@ def followed(value: Any, name: str) -> Iterator[tuple[str, Any]]:
 
 
 def values_of(scene: Scene) -> dict[str, str]:
-    """Values of a scene, and those that follow from them."""
     return dict(part for key, value in [("scene", scene), *followed(scene, "of")] for part in parts_of(value, key))
 
 

@@ -1,7 +1,6 @@
 """Curves of a common dispersion: statsmodels' ordinal model, known truth, and curves that never cross."""
 
 import itertools
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -14,29 +13,8 @@ from statsmodels.miscmodels.ordinal_model import OrderedModel
 
 from damagepred.errors import InputError
 from damagepred.uq.fragility import fit_fragility, fit_lognormal, stripes_from_counts
-from damagepred.uq.fragility.estimators import fit_grouped
-from damagepred.uq.fragility.fit import group_intervals
 from tests.uq.test_fragility import BETA, RATE, WIDTHS, fail, known, study
 from tests.uq.test_fragility_single import study as single_study
-
-
-class CommonFit(NamedTuple):
-    median: np.ndarray
-    dispersion: float
-    status: list[str]
-
-
-def fit_common(lower: np.ndarray, upper: np.ndarray, single: bool = False) -> CommonFit:
-    """Curves of one dispersion from intervals (categories, walls)."""
-    fits = fit_grouped(group_intervals(lower, upper, np.ones(lower.shape[1])), common=True, single=single)
-    median, dispersion, status = zip(*fits)
-    return CommonFit(np.array(median), next((d for d in dispersion if np.isfinite(d)), np.nan), list(status))
-
-
-def fit_ordinal(movement: np.ndarray, category: np.ndarray, categories: list[int]) -> CommonFit:
-    """The same from walls that are each observed at one movement (ordinal probit)."""
-    hit = category >= np.asarray(categories)[:, None]
-    return fit_common(np.where(hit, 0.0, movement), np.where(hit, movement, np.inf), single=True)
 
 
 def ordinal(seed: int, walls: int = 300) -> tuple[np.ndarray, np.ndarray]:
@@ -53,11 +31,9 @@ def test_the_ordinal_fit_is_that_of_statsmodels(seed: int) -> None:
     model = OrderedModel(category, np.log(movement)[:, None], distr="probit")
     theirs = model.fit(method="bfgs", disp=False, gtol=1e-7)
     slope, thresholds = theirs.params[0], model.transform_threshold_params(theirs.params)[1:-1]
-    found = fit_ordinal(movement, category, [1, 2, 3])
-    assert found.dispersion == pytest.approx(1 / slope, rel=1e-6)
-    np.testing.assert_allclose(found.median, np.exp(thresholds / slope), rtol=1e-6)
     curves = fit_fragility(single_study(movement, category), model="common", categories=[1, 2, 3], bootstrap=0)
-    np.testing.assert_allclose(curves["median"], found.median, rtol=1e-9)
+    np.testing.assert_allclose(curves["dispersion"], 1 / slope, rtol=1e-6)
+    np.testing.assert_allclose(curves["median"], np.exp(thresholds / slope), rtol=1e-6)
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)
@@ -96,9 +72,6 @@ def test_bands_cover_the_true_value_about_nine_times_in_ten(model: str, single: 
             hits[k] += bool(curve[f"{name}_lower"] <= truth <= curve[f"{name}_upper"])
     # 27 expected; 22 or fewer come in 1 % of binomial draws
     assert (hits >= 22).all(), hits
-
-
-# -- stripes -----------------------------------------------------------------------------------------------------------
 
 
 def test_counts_at_fixed_movements_are_a_binomial_probit_model() -> None:

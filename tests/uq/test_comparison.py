@@ -1,7 +1,5 @@
 """Comparison of studies: paired differences of probabilities, with intervals of the stated coverage."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -42,9 +42,6 @@ def brackets(capacity: np.ndarray, marks: np.ndarray) -> tuple[np.ndarray, np.nd
     return np.append(marks, marks[-1])[place - 1], np.append(marks, np.inf)[place]
 
 
-# -- the likelihood ----------------------------------------------------------------------------------------------------
-
-
 def scipy_fit(lower: np.ndarray, upper: np.ndarray) -> tuple[float, float]:
     """Median and dispersion by scipy's own censored fit, taken to its digits."""
     exact, right, left = lower == upper, np.isinf(upper), (lower == 0) & np.isfinite(upper)
@@ -112,8 +109,6 @@ def test_a_curve_that_cannot_be_fitted_has_a_reason(lower: list, upper: list, st
     assert math.isnan(fit.dispersion)
 
 
-# -- recovery of what is known -----------------------------------------------------------------------------------------
-
 WIDTHS, RATE, BETA = np.array([0.1, 1.0, 5.0, 15.0]), 0.3, 0.5  # w = c d LN(0, beta)
 
 
@@ -123,9 +118,6 @@ def known(random: np.random.Generator, size: int, rate: float = RATE) -> np.ndar
 
 
 TRUTH, SCATTER = 8.0, 0.45
-
-
-# -- reading a study ---------------------------------------------------------------------------------------------------
 
 
 def fail(ds: xr.Dataset, wall: int, increment: int) -> None:
@@ -139,9 +131,6 @@ def test_nan_at_the_movement_of_a_reached_category_is_refused():
     ds["central_deflection"].values[1, 5] = np.nan  # the increment in which it is reached
     with pytest.raises(InputError, match="without NaN"):
         fit_fragility(ds, bootstrap=0)
-
-
-# -- what a reader gets ------------------------------------------------------------------------------------------------
 
 
 def test_crossing_curves_are_flagged():

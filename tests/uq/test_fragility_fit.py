@@ -55,9 +55,6 @@ def test_the_criterion_counts_parameters_where_the_likelihood_is_right() -> None
     assert akaike_criterion(cells, True) == pytest.approx(akaike_criterion(cells, False), rel=1e-9)
 
 
-# -- what they are drawn against ---------------------------------------------------------------------------------------
-
-
 def arched(length: np.ndarray) -> xr.Dataset:
     """Walls of other lengths, all damaged at a curvature of the footing of 1/1000 m, more or less."""
     random = np.random.default_rng(3)

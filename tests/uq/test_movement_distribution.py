@@ -1,7 +1,5 @@
 """The probability for a site class or a distribution of the movement is the mean over movements."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -46,8 +46,6 @@ def test_unknown_sampler():
         unit_points("sobl", 2, 5, 1)
 
 
-# -- the design of a study --------------------------------------------------------------------------------------------
-
 VARIABLES = {
     "joint.friction": Variable(distribution="lognormal", mean=0.75, cov=0.15),
     "movement.central_deflection": Variable(distribution="uniform", lower=0.04, upper=0.06),

@@ -1,7 +1,5 @@
 """Steps of sampling, selection and observations against formulas and hand calculation."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
@@ -24,10 +22,13 @@ from damagepred.uq.capacity import (
     require_categories,
     without_damaged_at_start,
 )
+from damagepred.uq.design import Sampler
 from damagepred.uq.discrepancy import Discrepancy
-from damagepred.uq.estimate import probability, wilson
+from damagepred.uq.estimate import Estimate, probability, wilson
+from damagepred.uq.fields import JointPlaces, WallFields, stated_correlation
 from damagepred.uq.fragility import normalised_weights
 from damagepred.uq.importance import Proposal, cross_entropy_shift, draw
+from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_measure
 from damagepred.uq.marginals import Mixture, Table, breaks, from_normal
 from damagepred.uq.observations import (
     CrackObservation,
@@ -44,11 +45,11 @@ from damagepred.uq.selection import (
     select_least_expected,
 )
 from damagepred.uq.sensitivity import sensitivity_indices
+from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 from damagepred.uq.subset import Level, SubsetEstimate, _mean_of_runs, _variation, subset_simulation
 from damagepred.uq.survey_likelihood import censored, vague_log_likelihood
+from damagepred.uq.variable import JointField, Variable
 from studies.validation.scores import coverage, crps, pit
-
-# -- capacities ----------------------------------------------------------------------------------------------------
 
 
 def test_categories_by_name_and_their_highest_number() -> None:
@@ -106,9 +107,6 @@ def test_a_width_passes_its_limit_between_two_increments(widths: tuple, limit: f
     assert interpolated_capacity((2.0, 4.0), widths, limit) == expected
 
 
-# -- estimates -----------------------------------------------------------------------------------------------------
-
-
 def test_weights_of_the_walls_that_reached_a_category_add_up_to_their_number() -> None:
     scaled = normalised_weights(np.array([0.25, 0.5, 0.0, 1.0]), np.array([1.0, 2.0, 3.0, np.inf]))
     assert scaled.tolist() == pytest.approx([2 / 3, 4 / 3, 0.0, 8 / 3])
@@ -132,9 +130,6 @@ def test_probabilities_where_all_samples_agree_or_are_one() -> None:
     values = np.tile([2.0, 0, 0, 0], 5)
     error, factor = values.std(ddof=1) / np.sqrt(20), stats.t.ppf(0.95, 4)  # five hits of one weight
     assert (weighted.lower, weighted.upper) == pytest.approx(wilson(0.5, 0.25 / error**2, factor))
-
-
-# -- importance sampling, tables and mixtures -------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("nominal", [0.0, 0.25])
@@ -194,9 +189,6 @@ def test_a_mixture_has_the_moments_of_its_parts() -> None:
     assert mixture.quantile(special.ndtri(float(mixture.cdf(2.0)) - 0.05)) == 2.0  # an atom of a tenth
     assert mixture.support() == (-np.inf, np.inf)
     assert Mixture(parts[1:], [1.0, 1.0]).support() == (2.0, 6.0)
-
-
-# -- subset simulation -------------------------------------------------------------------------------------------------
 
 
 def test_levels_are_those_of_the_evaluations_behind_them() -> None:
@@ -265,9 +257,6 @@ def test_the_mean_of_runs_has_student_s_interval() -> None:
     assert stated.variation == pytest.approx(math.hypot(0.6, 0.8) / 2)
     short = _mean_of_runs([run(1e-3, 0.1), run(2e-3, 0.1, False, 0.7)])
     assert (short.reached, short.lower, short.upper) == (False, 0.0, 0.7)
-
-
-# -- selection ---------------------------------------------------------------------------------------------------------
 
 
 def test_bounds_in_closed_form() -> None:
@@ -340,9 +329,6 @@ def test_the_least_expected_cost_by_pairs_of_samples() -> None:
     assert enough.meets.tolist() == [True, False]
 
 
-# -- sensitivity -------------------------------------------------------------------------------------------------------
-
-
 def test_partial_rank_correlation_leaves_out_the_other_input() -> None:
     """Of three ranks: (r_xy - r_xz r_yz) / sqrt((1 - r_xz^2) (1 - r_yz^2)); weights count as repetitions."""
     random = np.random.default_rng(7)
@@ -359,9 +345,6 @@ def test_partial_rank_correlation_leaves_out_the_other_input() -> None:
     np.testing.assert_allclose(found["partial"], partial)
     assert np.isnan(found["spearman_lower"]).all()
     assert (found.attrs["walls"], found.attrs["confidence"]) == (60, 0.9)
-
-
-# -- observations ------------------------------------------------------------------------------------------------------
 
 
 def test_limits_of_cracks_and_which_contain_which() -> None:
@@ -535,3 +518,97 @@ def test_coverage_is_the_share_for_the_right_distribution() -> None:
     ensemble, seen = rng.normal(size=20_000), rng.normal(size=20_000)
     for share in (0.5, 0.9):
         assert coverage(ensemble, seen, share) == pytest.approx(share, abs=0.015)
+
+
+def test_walls_and_fields_of_a_crossed_design() -> None:
+    crossed, plain = Sampler(crossed=True), Sampler()
+    assert crossed.wall_of(np.arange(8)).tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
+    assert [crossed.field_of(i) for i in range(8)] == [0, 1, 0, 1, 2, 3, 2, 3]
+    assert plain.wall_of(np.arange(3)).tolist() == [plain.field_of(i) for i in range(3)] == [0, 1, 2]
+
+
+PLACES = JointPlaces(
+    np.array([0, 0, 0, 1, 1]),
+    np.zeros(5, dtype=int),
+    np.array([0.1, 0.35, 0.9, 0.2, 0.5]),
+    np.array([0, 0, 0, 0.3, 0.3]),
+    0.25,
+)
+
+
+def test_correlation_of_joints_of_a_course_is_a_power_of_their_distance() -> None:
+    found = stated_correlation(JointField(course_correlation=0.4), PLACES, np.arange(5))
+    row = [1.0, 0.4, 0.16]
+    np.testing.assert_allclose(found[0], [*row, 0, 0])
+    np.testing.assert_allclose(found[2], [*row[::-1], 0, 0])
+    np.testing.assert_allclose(found[3], [0, 0, 0, 1, 0.4])
+    away = stated_correlation(JointField(correlation_length=0.5, nugget=0.2), PLACES, np.arange(5))
+    assert away[0, 4] == pytest.approx(0.8 * math.exp(-0.5 / 0.5), rel=1e-12)  # 0.4 m along, 0.3 m up
+
+
+def test_normals_behind_lognormal_fields_in_closed_form() -> None:
+    """Two lognormals of the same cov: rho of the normals is ln(1 + r cov^2) / ln(1 + cov^2); mixed by their factor."""
+    cov, strong = 0.8, 0.6
+    fields = {name: JointField(correlation_length=length) for name, length in (("a", 0.5), ("b", 0.7))}
+    marginal = Variable(distribution="lognormal", mean=1.0, cov=cov).frozen("a", "1")
+    factor = np.linalg.cholesky(np.array([[1.0, strong], [strong, 1.0]]))
+    made = WallFields(list(fields), fields, dict.fromkeys(fields, marginal), factor)
+    # columns of the linear map of independent normals give the covariance of what is drawn
+    size = 2 * len(PLACES.x)
+    columns = [made.draw(unit.reshape(2, -1).copy(), PLACES).ravel() for unit in np.eye(size)]
+    covariance = np.transpose(columns) @ np.array(columns)
+    for k, field in enumerate(fields.values()):
+        stated = stated_correlation(field, PLACES, np.arange(5))
+        expected = np.log1p(stated * cov**2) / np.log1p(cov**2)
+        block = covariance[5 * k : 5 * k + 5, 5 * k : 5 * k + 5]
+        np.testing.assert_allclose(block, expected, atol=2e-4)
+    np.testing.assert_allclose(np.diag(covariance[:5, 5:]), strong, rtol=1e-9)
+
+
+def test_measures_of_the_movement_by_hand() -> None:
+    both = ("sample", "increment")
+    ds = xr.Dataset(
+        {
+            "central_deflection": (both, [[0.0, 4e-3], [0.0, 6e-3]]),
+            "deflection_ratio": (both, [[0.0, 1e-3], [0.0, 2e-3]]),
+            "section_curvature": ((*both, "section"), [[[0, 0.0], [1e-3, -3e-3]], [[2e-3, 1e-3], [5e-3, 4e-3]]]),
+            "surface_movement": (both, np.full((2, 2), np.nan), {"units": "m", "long_name": "of the ground"}),
+        }
+    )
+    np.testing.assert_allclose(intensity_values(ds, "curvature"), [[0, 2e-3], [0, 8 * 4e-6 / 6e-3]], rtol=1e-12)
+    np.testing.assert_allclose(intensity_values(ds, "footing_curvature"), [[0, 3e-3], [2e-3, 5e-3]])
+    assert (movement_measure(ds), chosen_intensity(ds, None)) == ("central_deflection", "central_deflection")
+    assert attributes(ds, "curvature")["units"] == "m-1"
+    assert attributes(ds, "surface_movement") == {"units": "m", "long_name": "of the ground"}
+    with pytest.raises(InputError, match=r"no variable 'surface_movement' with values; it has .*curvature"):
+        chosen_intensity(ds, "surface_movement")
+    ds["surface_movement"].values[0, 0] = 0.0
+    assert movement_measure(ds) == "surface_movement"
+
+
+def test_rules_to_stop_by_hand() -> None:
+    assert (interim_sizes(8, 100), interim_sizes(8, 8), interim_sizes(64, 20)) == ([8, 16, 32, 64, 100], [8], [20])
+    assert interim_confidence([8, 16, 32], 0.9, True) == pytest.approx(0.9 ** (1 / 3))
+    assert interim_confidence([8], 0.9, False) == 0.9
+    known = Estimate(0.4, 0.1, 0.3, 0.5, 0.9, 24, 24.0)  # value, error, lower, upper
+    assert known.half_width == pytest.approx(0.1)
+    rules = [
+        ({"half_width": 0.1 + 1e-9}, True),
+        ({"half_width": 0.099}, False),
+        ({"relative_half_width": 0.251}, True),
+        ({"relative_half_width": 0.249}, False),
+    ]
+    for width, met in rules:
+        assert StopWhen(category=2, at="6 mm", **width).met(known) == met
+    rule = StopWhen(category=2, at="6.5 mm", half_width=0.1)
+    assert rule.name() == "P(category >= 2 at 6.5 mm)"
+    assert StopWhen(category=3, quantity="median", half_width=0.1).name() == "median movement of category 3"
+    assert not rule.met(known._replace(lower=-np.inf, upper=np.inf))
+    for wrong in (
+        {"at": 1.0},
+        {"at": 1.0, "half_width": 0.1, "relative_half_width": 0.1},
+        {"half_width": 0.1},
+        {"at": 1.0, "half_width": 0.1, "quantity": "median"},
+    ):
+        with pytest.raises(InputError, match=r"study\.stop_when"):
+            StopWhen(category=1, **wrong).check()

@@ -50,9 +50,6 @@ def test_intervals_hold_where_a_study_stopped_early(share: float) -> None:
     assert stats.binom.cdf(naive, 400, 0.9) < 1e-3
 
 
-# -- reading a study --------------------------------------------------------------------------------------------------
-
-
 def study(capacity: np.ndarray, end: float = 0.02, increments: int = 20, **extra: object) -> xr.Dataset:
     """A study whose walls reach category 1 at given movements."""
     movement = np.linspace(0, end, increments + 1)

@@ -84,15 +84,3 @@ def test_what_is_no_second_variable(name: str, words: str) -> None:
     ds = walls(8, 30).assign(same=("sample", np.ones(30)))
     with pytest.raises(InputError, match=words):
         fit_surface(ds, 1, name)
-
-
-def test_the_drawing_names_its_axes_in_the_units_of_engineers() -> None:
-    ds = walls(10)
-    ds["central_deflection"] = ds["central_deflection"] * 1e-3
-    ds["central_deflection"].attrs["units"] = "m"
-    ax = draw_fragility(fit_surface(ds, 1, "joint.tensile_strength", bootstrap=40))
-    assert ax.get_xlabel() == "central deflection (mm)"
-    assert ax.get_ylabel() == "joint, tensile strength (MPa)"
-    assert ax.get_xlim()[1] == pytest.approx(20.0)
-    title = " ".join(ax.get_title(loc="left").split())
-    assert "power 0.8" in title or "power 0.7" in title

@@ -173,9 +173,6 @@ def test_the_scatter_is_the_same_everywhere_and_at_the_first_joint_too():
     assert np.abs(standard.var(axis=0) - 1).max() < 0.4
 
 
-# -- the pieces --------------------------------------------------------------------------------------------------------
-
-
 def test_sequences_end_where_course_or_kind_changes():
     course = np.array([0, 0, 0, 0, 1, 1, 1, 2])
     kind = np.array([0, 0, 1, 1, 1, 0, 0, 0], dtype=np.int8)

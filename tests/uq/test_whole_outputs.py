@@ -1,7 +1,5 @@
 """Whole outputs of small studies against independent values: every column, count, unit and word of it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -82,24 +80,19 @@ def test_names_units_and_attributes_of_curves() -> None:
     curves = fit_fragility(small(), categories=[1, 2], bootstrap=0, points=13)
     share = "share of walls in the category or worse"
     median, probability = "median capacity, ", "probability of the category or worse"
-    words = {
-        "reached": "walls: reached",
-        "not_reached": "walls: not reached",
-        "failed": "walls: failed",
-        "empirical": f"{share} (nonparametric maximum likelihood)",
-        "probability": probability,
-        "probability_lower": f"{probability}, lower",
-        "probability_failed_damaged": f"{probability}, failed, damaged",
-        "median": f"{median}best estimate",
-        "median_upper": f"{median}upper",
-        "median_lower_bound": f"{median}lower bound",
-        "median_failed_undamaged": f"{median}failed undamaged",
-        "dispersion_lower": "standard deviation of the capacity's logarithm",
-        "share_at_start_upper": f"{share} before any movement",
-        "distance": "largest distance of the curve from the empirical one (Kolmogorov)",
-        "fit_note": "what to know of the curve",
-        "resamples_fitted": "share of the resamples of walls that could be fitted",
-    }
+    words = (
+        {"reached": "walls: reached", "not_reached": "walls: not reached", "failed": "walls: failed"}
+        | {"empirical": f"{share} (nonparametric maximum likelihood)", "probability": probability}
+        | {"probability_lower": f"{probability}, lower"}
+        | {"probability_failed_damaged": f"{probability}, failed, damaged", "median": f"{median}best estimate"}
+        | {"median_upper": f"{median}upper", "median_lower_bound": f"{median}lower bound"}
+        | {"median_failed_undamaged": f"{median}failed undamaged"}
+        | {"dispersion_lower": "standard deviation of the capacity's logarithm"}
+        | {"share_at_start_upper": f"{share} before any movement"}
+        | {"distance": "largest distance of the curve from the empirical one (Kolmogorov)"}
+        | {"fit_note": "what to know of the curve"}
+        | {"resamples_fitted": "share of the resamples of walls that could be fitted"}
+    )
     assert {name: curves[name].attrs["long_name"] for name in words} == words
     in_mm = {str(name) for name, v in curves.data_vars.items() if v.attrs.get("units") == "mm"}
     assert in_mm == {str(name) for name in curves.data_vars if str(name).startswith("median")}
@@ -109,20 +102,11 @@ def test_names_units_and_attributes_of_curves() -> None:
     assert attrs.pop("fragility_options").startswith("fewest_reached = 3, ")
     assert {name for name in attrs if name.startswith("aic")} == {"aic_separate", "aic_common", "aic_walls"}
     assert attrs.pop("aic_walls") == 12
-    assert {k: v for k, v in attrs.items() if not k.startswith("aic")} == {
-        "Conventions": "CF-1.11",
-        "title": "fragility of made up",
-        "model": "separate",
-        "confidence": 0.9,
-        "bootstrap_samples": 0,
-        "bootstrap_seed": 0,
-        "intensity_measure": "central_deflection",
-        "samples": 12,
-        "samples_failed": 1,
-        "curves_cross": 0,
-        "seed": 4,
-        "span": 6.0,
-    }
+    assert {k: v for k, v in attrs.items() if not k.startswith("aic")} == (
+        {"Conventions": "CF-1.11", "title": "fragility of made up", "model": "separate", "confidence": 0.9}
+        | {"bootstrap_samples": 0, "bootstrap_seed": 0, "intensity_measure": "central_deflection", "samples": 12}
+        | {"samples_failed": 1, "curves_cross": 0, "seed": 4, "span": 6.0}
+    )
 
 
 def test_bands_of_an_empirical_curve_are_wilson_s_for_the_variance_of_resamples() -> None:
@@ -196,9 +180,6 @@ def test_a_p_value_is_the_rank_of_the_statistic_among_simulated_ones() -> None:
     assert len(set(found)) > 3
 
 
-# -- comparison --------------------------------------------------------------------------------------------------------
-
-
 def test_every_column_of_a_comparison() -> None:
     """Three categories at the increments of the reference; eight of ten samples in common."""
     first = small().assign({"joint.friction": ("sample", np.arange(13.0))})
@@ -259,9 +240,6 @@ def test_a_difference_of_replicates_is_student_s_of_their_means() -> None:
     assert float(found["difference_upper"]) == pytest.approx(min(each.mean() + half, 1.0))
 
 
-# -- stripes -----------------------------------------------------------------------------------------------------------
-
-
 def test_counted_walls_as_a_study() -> None:
     ds = stripes_from_counts([2.0, 5.0], [[2, 1, 0], [0, 1, 2]], intensity="wall_drift", units="mm", title="counted")
     assert ds["damage_category"].values.tolist() == [0, 0, 1, 1, 2, 2]
@@ -288,9 +266,6 @@ def test_studies_as_stripes() -> None:
     assert "weight" not in stripes({4: paths})
     with pytest.raises(InputError, match="at least one movement"):
         stripes({})
-
-
-# -- surfaces ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("scale", ["log", "linear"])
@@ -322,19 +297,10 @@ def test_every_column_of_a_surface_of_exact_walls(scale: str) -> None:
     assert found["second"].attrs == {"long_name": "strength", "units": "MPa"}
     assert (found["median"].attrs["units"], found["slope"].attrs["units"]) == ("mm", "1")
     assert found["median_lower"].attrs["long_name"] == "median capacity, lower"
-    assert {k: found.attrs[k] for k in found.attrs if not k.startswith(("aic", "fragility"))} == {
-        "Conventions": "CF-1.11",
-        "title": "fragility of made up",
-        "intensity_measure": "central_deflection",
-        "second_variable": "joint.strength",
-        "scale": scale,
-        "category": 1,
-        "category_name": "very_slight",
-        "confidence": 0.9,
-        "bootstrap_samples": 0,
-        "bootstrap_seed": 0,
-        "samples": 30,
-        "samples_failed": 0,
-    }
+    assert {k: found.attrs[k] for k in found.attrs if not k.startswith(("aic", "fragility"))} == (
+        {"Conventions": "CF-1.11", "title": "fragility of made up", "intensity_measure": "central_deflection"}
+        | {"second_variable": "joint.strength", "scale": scale, "category": 1, "category_name": "very_slight"}
+        | {"confidence": 0.9, "bootstrap_samples": 0, "bootstrap_seed": 0, "samples": 30, "samples_failed": 0}
+    )
     for name in ("slope_lower", "dispersion_upper", "median_lower", "probability_upper"):
         assert np.isnan(found[name].values).all()

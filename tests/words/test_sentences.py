@@ -44,13 +44,11 @@ def written(source: str) -> Iterator[str]:
 
 
 def hits(line: str) -> list[str]:
-    """Names of the phrases in a line."""
     line = line.strip()
     return [] if line.startswith((">>>", "...", "[")) else [n for n, p in READY.items() for _ in p.findall(line)]
 
 
 def counted(show: bool = False) -> Counter[str]:
-    """Number of phrases in each room of the package."""
     number: Counter[str] = Counter()
     for path in sorted(PACKAGE.rglob("*.py")):
         room = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
