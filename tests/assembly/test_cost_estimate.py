@@ -28,7 +28,8 @@ def test_counts(name: str) -> None:
     scene = Scene.from_dict(WALLS[name])
     model, cost = wall_model(scene), wall_cost(scene)
     assert cost.blocks == pytest.approx(model.n_blocks, rel=0.15)
-    assert cost.contacts == pytest.approx(model.n_contacts, rel=0.5 if model.mesh is None else 2.0)
+    most = 1.5 if model.mesh is None else 3.0
+    assert 1.0 / most < cost.contacts / model.n_contacts < most
     zones = 0 if model.mesh is None else len(model.mesh.zones)
     assert cost.zones == pytest.approx(zones, rel=0.6)
 

@@ -39,6 +39,7 @@ def test_wall_pictures_are_written(on_dpc, tmp_path):
 
 def test_every_panel_is_the_stress_and_the_increment_of_its_file(deformable):
     sheets = {name: sheet.axes for name, sheet in stress_sheets(deformable).items() if name.startswith("stress")}
+    assert "stress_xx.png" in sheets
     for name, panels in sheets.items():
         title = STRESSES[name.removesuffix(".png")]
         assert [title in ax.get_title(loc="left") for ax in panels] == [True, True], name

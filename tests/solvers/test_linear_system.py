@@ -146,10 +146,13 @@ def grid(courses: int, bricks: int, shift: float = 0.0) -> Assembly:
 
 def held_at_one_side() -> Model:
     """A cantilever of blocks, two high, whose first column has a prescribed settlement."""
-    wall = grid(2, 6)
-    for block in (0, 6):
-        wall.support(block)
-        wall.move(block, y=-1e-3)
+    wall = Assembly()
+    for i in range(6):
+        for j in range(2):
+            block = wall.add_block(rectangle(0.2 * i, 0.1 * j, 0.2 * (i + 1), 0.1 * (j + 1)), course=j)
+            if i == 0:
+                wall.support(block)
+                wall.move(block, y=-1e-3)
     return wall.build(QUASI_STATIC)
 
 
