@@ -252,21 +252,18 @@ def posterior_dataset(
         ds = ds.assign(_crack_maps(studies, weights, options))
     last = [(table, series[-1]) for table, series in seen.series if series[-1].since is None]
     local = [crack for table, crack in last if table == "crack" and crack.x is not None]
-    places = [(c.x, c.y, c.width or c.wider_than or c.narrower_than or 0.0) for c in local]
+    on_map = dict(zip(studies[0].walls or [None], wall_places(archived_scene(studies[0].ds.attrs))))
+    places = [(*(on_map[c.wall] + c.place), c.width or c.wider_than or c.narrower_than or 0.0) for c in local]
     if places:
         names = ("observed_x", "observed_y", "observed_width")
         ds = ds.assign({name: ("observed", np.array(v), {"units": "m"}) for name, v in zip(names, zip(*places))})
         ways = [">" if crack.wider_than else "<" if crack.narrower_than else "" for crack in local]
         ds = ds.assign(observed_limit=("observed", ways))
-        if studies[0].walls:
-            ds = ds.assign(observed_wall=("observed", [crack.wall for crack in local]))
     if levels := [level for table, level in last if table == "level"]:
-        ends = np.array([(each.x, each.y, each.to_x, each.to_y, each.difference) for each in levels]).T
+        points = [[on_map[wall] + (x, y) for wall, x, y in each.ends] for each in levels]
+        ends = np.column_stack((np.reshape(points, (-1, 4)), [each.difference for each in levels])).T
         parts = ("x", "y", "to_x", "to_y", "difference")
         ds = ds.assign({f"level_{part}": ("level", v, {"units": "m"}) for part, v in zip(parts, ends)})
-        if studies[0].walls:
-            for number, key in enumerate(("level_wall", "level_to_wall")):
-                ds[key] = "level", [each.ends[number][0] for each in levels]
     return ds
 
 
@@ -283,8 +280,7 @@ def _crack_maps(
     limits = options.map_width, shape, options.negligible
     walls = zip(studies, weights, places)
     maps = [each.crack_map(weight, cell, *limits, place - (0.0, low)) for each, weight, place in walls]
-    middle = [(np.arange(n) + 0.5) * cell for n in shape]
-    middle[0] += low
+    middle = [start + (np.arange(n) + 0.5) * cell for start, n in zip((low, 0.0), shape)]
     return {
         "crack_probability": (("study", "map_y", "map_x"), np.array(maps), {"wider_than": options.map_width}),
         "map_y": ("map_y", middle[0], {"units": "m"}),

@@ -40,10 +40,7 @@ def reported(ds: xr.Dataset) -> xr.Dataset:
 
 
 def posterior_tables(ds: xr.Dataset) -> list[Table]:
-    """Tables of causes and movement, of further damage, and of the model's discrepancy.
-
-    If no stored sample resembles the observations, only the table of causes, without movements: the prior's.
-    """
+    """Tables of causes, movement, further damage and discrepancy; without resemblance of causes alone."""
     names, shown = [str(name) for name in ds["study"].values], measures(ds)
     first, alike = shown[0], len(set(shown)) == 1
     causes, rates, ahead = [], [], []

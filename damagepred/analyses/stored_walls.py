@@ -389,10 +389,12 @@ class StoredWalls:
 
     def _values(self, name: str, what: str, dimensions: int = 2, wall: str | None = None) -> FloatArray:
         if wall is not None:
-            return self._values(f"wall_{name}", what, 3)[..., self.walls[wall]]
-        if name not in self.ds or self.ds[name].ndim != dimensions:
+            name, dimensions = f"wall_{name}", 3
+        values = np.asarray(self.ds[name].values if name in self.ds else np.nan, dtype=np.float64)
+        number = () if wall is None else (..., self.walls[wall])
+        if values.ndim != dimensions or np.isnan(values[number]).all():
             raise InputError(f"{self.path}: the archive has no {name}; {what} cannot be observed on its walls.")
-        return np.asarray(self.ds[name].values, dtype=np.float64)
+        return values[number]
 
     def crack_map(
         self,

@@ -106,17 +106,17 @@ PASSES_DETERMINED = 3
 """Passes of zero from which histories of cracked walls are undetermined (studies/determined)."""
 _RINGING = (
     "the explicit solver oscillates as bonds break, and rounding may decide which bond breaks next. Single widths may "
-    'differ on another processor. Compare with method = "quasi_static", or judge on many walls.'
+    'differ on another processor. Compare with method = "quasi_static", or judge on many samples.'
 )
 _HISTORY = (
     "the movement passes zero {} times. Each time differences grow where loose bricks slide, and after some passes "
-    "rounding may decide single widths. They may differ on another processor: judge on many walls."
+    "rounding may decide single widths. They may differ on another processor: judge on many samples."
 )
 SMALL_BOND = 10e3
 """Cohesion or tensile strength (Pa) below which brittle bonds leave the equilibrium undetermined."""
 _SMALL_BONDS = (
     "bonds of less than 10 kPa break at once. The two solvers may end in different equilibria, each of them stable "
-    "under finer steps, with other widths, crack bands and categories. Solve with both methods, or judge on many walls."
+    "under finer steps, with other widths, bands and categories. Solve with both methods, or judge on many samples."
 )
 _SNAP_BACK = (
     "fracture_energy or shear_fracture_energy is less than the elastic energy of the joint at failure (snap-back). The "

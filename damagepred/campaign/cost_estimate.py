@@ -186,7 +186,7 @@ def estimate_cost(
 def _size(scene: Scene) -> str:
     """Size of a wall or house, for the screen."""
     if isinstance(scene, House):
-        return f"house of {len(scene.wall)} walls, with {len(scene.junctions)} corners and T-joints"
+        return f"house of {len(scene.wall)} walls, corners and T-joints: {len(scene.junctions)}"
     wall, dpc = scene.wall, "no dpc" if scene.dpc is None else f"dpc on course {scene.dpc.course}"
     return f"wall {wall.length:.4g} m long, {wall.height:.4g} m high, openings: {len(scene.opening)}, {dpc}"
 

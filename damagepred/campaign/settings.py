@@ -396,7 +396,7 @@ class StudySettings:
                 default = self.scene.given is not None and key not in self.scene.given
                 sentences.append(
                     f"variable {key}: mean {_in_words(key, mean)}, the scene has {_in_words(key, of_scene)}"
-                    f"{' by default' if default else ''}; walls follow the variable"
+                    f"{' by default' if default else ''}; samples follow the variable"
                 )
         return sentences
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 def cost_lines(cost: CostEstimate, full: bool = False) -> list[str]:
     """Wall, movement, variables and cost of a run; ``full``: also sizes, solver and errors of the presets."""
-    noun = _noun(cost.wall.startswith("house of"))
+    noun = counted("wall", cost.wall.startswith("house of"))
     one = f"one {noun}: {duration(cost.wall_seconds)} ({cost.status}{_spread(cost.timed, noun)})"
     sampled, walls = f"one {noun}, all numbers as given", one
     if cost.variables:
@@ -45,11 +45,6 @@ def cost_lines(cost: CostEstimate, full: bool = False) -> list[str]:
         said.append(f"  {mesh}{results}{peak}")
     said += [f"  {ground}" for ground in (cost.site, cost.ground) if ground]
     return [*said, *(f"  caution: {caution}" for caution in cost.cautions), *(cost.accuracy if full else ())]
-
-
-def _noun(houses: bool) -> str:
-    """Noun for the samples of a study."""
-    return "house" if houses else "wall"
 
 
 def _spread(times: tuple[float, ...], noun: str) -> str:
@@ -84,7 +79,7 @@ def estimate_lines(
     from damagepred.report.answers import estimate_answer
     from damagepred.uq.movement_distribution import as_distribution
 
-    first, noun = alternatives[0].found, _noun(houses)
+    first, noun = alternatives[0].found, counted("wall", houses)
     e, said = first.estimate, []
     movement = as_distribution(at)
     where = f"{1e3 * at:g} mm" if isinstance(at, float) else counted(movement.words, houses)
@@ -122,7 +117,7 @@ def estimate_lines(
         values = [a.found.estimate.value for a in alternatives]
         reach = f"{min(values):.4g} to {max(values):.4g}"
         said.append(f"epistemic range of the inputs: {reach}, without the Monte Carlo error")
-    return [*said, estimate_answer(e, category, where)]
+    return [*said, estimate_answer(e, category, where, noun)]
 
 
 def rare_lines(result: RareEvent, question: Question) -> list[str]:
@@ -189,7 +184,7 @@ def comparison_lines(comparison: xr.Dataset, category: int, movement: float) -> 
 
 def status_lines(status: StudyStatus) -> list[str]:
     """Walls or houses done, failed and remaining, times, limits, cautions and failures of a study."""
-    s, noun = status, _noun(status.houses)
+    s, noun = status, counted("wall", status.houses)
     said = [f"{s.title}: {s.done} of {s.total} {noun}s done, {s.failed} failed, {s.remaining} remaining"]
     if np.isfinite(s.wall_seconds):
         rest = f", about {duration(s.wall_seconds * s.remaining)} of work left" if s.remaining else ""

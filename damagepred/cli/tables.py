@@ -139,9 +139,9 @@ def house_tables(ds: xr.Dataset) -> None:
     title = f"walls at the end; house, by its worst wall: {category}; damaged: {damaged}"
     corners = "corners at the end: upward force of the first wall on the second"
     terminal.show(Table.brief(title, tables.wall_columns(ds)), Table.brief(corners, tables.corner_columns(ds)))
-    if terminal.FORM.full:
-        terminal.show(Table.brief("sides of the rooms at the end", tables.room_columns(ds)))
-    else:
+    if (rooms := tables.room_columns(ds))[0].cells and terminal.FORM.full:
+        terminal.show(Table.brief("sides of the rooms at the end", rooms))
+    elif rooms[0].cells:
         terminal.say("--full shows the sides of the rooms")
 
 

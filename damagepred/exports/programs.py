@@ -128,7 +128,7 @@ def limit_states(
         fitted[k] = False
     if not fitted.all():
         reasons = "; ".join(f"category {c}: {s}" for c, s, f in zip(wanted, why, fitted) if not f)
-        others, advice = [c for c, f in zip(wanted, fitted) if f], "Sample more walls, or a larger movement."
+        others, advice = [c for c, f in zip(wanted, fitted) if f], "Take more samples, or a larger movement."
         if others:
             advice = f"Export the others alone (--categories {_listed(others)})."
         raise InputError(f"these categories have no curve to export: {reasons}. {advice}")

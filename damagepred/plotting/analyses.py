@@ -335,54 +335,46 @@ def _draw_history(posterior: xr.Dataset, ax: Axes, warning: str) -> None:
 def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
     """Draw the probability of cracks over the bricks of the most probable cause, observed cracks and levels."""
     cause = posterior.isel(study=int(posterior["cause_posterior"].values.argmax()))
-    cracked, size, places = cause["crack_probability"], sheet.small(ax), {"": np.zeros(2)}
-    faces = np.empty((0, 4, 2))
-    if "study_scene" in cause:  # older results have no wall
-        scene = archived_scene({"scene": cause["study_scene"].item()})
-        places = dict(zip(scene.names if isinstance(scene, House) else places, wall_places(scene)))
-        walls = list(zip(places.values(), scene.scenes))
+    cracked, size = cause["crack_probability"], sheet.small(ax)
+    scene = archived_scene({"scene": cause["study_scene"].item()}) if "study_scene" in cause else None  # older results
+    walls = [] if scene is None else list(zip(wall_places(scene), scene.scenes))
+    if walls:
         draw_bricks(ax, [np.array(rectangle(*brick[:4])) + at for at, one in walls for brick in lay_bricks(one)])
-        faces = np.array([rectangle(*at, *np.add(at, (one.wall.length, one.wall.height))) for at, one in walls])
     # transparent at probability 0, over the bricks
     shades = LinearSegmentedColormap.from_list("cracks", ["#b3152b00", "#b3152bff"])
     looks: dict[str, Any] = {"vmin": 0.0, "vmax": 1.0, "cmap": shades, "shading": "nearest", "zorder": 2}
     mesh = ax.pcolormesh(cause["map_x"], cause["map_y"], cracked, **looks)
     ax.figure.colorbar(mesh, ax=ax, label="probability of a crack", shrink=0.7)
-    if len(faces):  # cells of the map reach beyond the walls
+    if walls:  # cells of the map reach beyond the walls
+        faces = np.array([rectangle(*at, *np.add(at, (one.wall.length, one.wall.height))) for at, one in walls])
         outlines = (Path([*face, face[0]], closed=True) for face in faces)
         mesh.set_clip_path(Path.make_compound_path(*outlines), ax.transData)
         (left, low), (right, top) = faces.min(axis=(0, 1)), faces.max(axis=(0, 1))
         ax.axis((left, right, low, top))
-    for name, at in zip(places if "" not in places else (), faces[:, 3]):
-        ax.annotate(name, at, (0, 3), textcoords="offset points", fontsize=size)
-
-    def shown(start: str, wall: str) -> list[list[float]]:
-        local = np.column_stack([posterior[f"{start}{axis}"].values for axis in "xy"])
-        return (local + [places[name] for name in posterior[wall].values] if wall in posterior else local).tolist()
-
+    for name, face in zip(scene.names, faces) if isinstance(scene, House) else ():
+        ax.annotate(name, face[3], (0, 3), textcoords="offset points", fontsize=size)
     middle = np.mean(ax.get_ylim())
     style: dict[str, Any] = {"ha": "center", "va": "center", "bbox": _LABEL, "fontsize": size, "zorder": 6}
-    names = ("observed_width", "observed_limit")
-    seen = [posterior[name].values.tolist() for name in names if name in posterior]
-    marks = sorted(zip(shown("observed_", "observed_wall"), *seen)) if seen else []
-    for k, ((x, y), width, limit) in enumerate(marks):
+    names = ("observed_x", "observed_y", "observed_width", "observed_limit")
+    marks = sorted(zip(*(posterior[name].values.tolist() for name in names if name in posterior)))
+    for k, (x, y, width, limit) in enumerate(marks):
         ax.plot(x, y, marker="o" if width else "x", color="black", fillstyle="none", markersize=9, zorder=5)
         words = f"{limit} {sheet.plain_number(width * sheet.MM)} mm".strip() if width else "no crack"
         # neighbours at different heights, all inside the wall
         place = (0, (1 if y < middle else -1) * (16, 32)[k % 2])
         ax.annotate(words, (x, y), place, textcoords="offset points", **style)
-    ends = [shown(f"level_{to}", f"level_{to}wall") for to in ("", "to_")] if "level_x" in posterior else [[], []]
-    levels = posterior["level_difference"].values if "level_x" in posterior else np.empty(0)
-    for start, end, difference in zip(*ends, levels):
-        ax.plot(*zip(start, end), color=OPENING_STYLES[0][0], marker="|", linestyle="--", linewidth=1.2, zorder=4)
+    ends = ("x", "y", "to_x", "to_y", "difference") if "level_x" in posterior else ()
+    levels = [posterior[f"level_{end}"].values.tolist() for end in ends]
+    for x, y, to_x, to_y, difference in zip(*levels):
+        ax.plot([x, to_x], [y, to_y], color=OPENING_STYLES[0][0], marker="|", linestyle="--", linewidth=1.2, zorder=4)
         words, at_end = f"{difference * sheet.MM:+.3g} mm", {**style, "ha": "right", "color": OPENING_STYLES[0][0]}
-        ax.annotate(words, tuple(end), (0, 8), textcoords="offset points", **at_end)
+        ax.annotate(words, (to_x, to_y), (0, 8), textcoords="offset points", **at_end)
     sheet.elevation(ax)
-    if "" not in places:
+    if isinstance(scene, House):
         ax.set_axis_off()
     limit = float(cracked.attrs["wider_than"]) * sheet.MM
     observed = "; circles: observed widths, crosses: no crack" if marks else ""
-    observed += "; dashed: observed difference of levels" if len(levels) else ""
+    observed += "; dashed: observed difference of levels" if levels else ""
     name = sheet.verbatim(str(cause["study"].values))
     sheet.set_title(ax, "Crack map", f"{name}: cracks wider than {limit:g} mm{observed}")
     return ax

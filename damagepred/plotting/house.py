@@ -73,7 +73,7 @@ def draw_plan(house: House, ds: xr.Dataset | None = None, ax: Axes | None = None
     ax.set_ylabel("y (m)")
     if ds is not None:
         _category_legend(ds, ax, category, 0.5)
-    what = f"{len(house.wall)} walls, {len(house.junctions)} corners and T-joints"
+    what = f"{len(house.wall)} walls, corners and T-joints: {len(house.junctions)}"
     sheet.set_title(ax, sheet.verbatim(house.title), what)
     return ax
 

@@ -29,9 +29,9 @@ def in_words(estimate: Estimate, of_what: str = "wall") -> str:
     return f"probability {chance(estimate.value)} ({interval}), {of}"
 
 
-def estimate_answer(estimate: Estimate, category: int, where: str) -> str:
+def estimate_answer(estimate: Estimate, category: int, where: str, of_what: str = "wall") -> str:
     """Answer of an estimate."""
-    return f"Category {category} or worse at {where}: {in_words(estimate)}."
+    return f"Category {category} or worse at {where}: {in_words(estimate, of_what)}."
 
 
 def comparison_answer(comparison: xr.Dataset, category: int, movement: float) -> str:

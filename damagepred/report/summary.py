@@ -97,10 +97,7 @@ def doubtful_category(estimates: Mapping[int, Estimate]) -> int | None:
 def influences(
     ds: xr.Dataset, estimates: Mapping[int, Estimate], confidence: float = 0.9, own_ground: bool = False
 ) -> tuple[str, Section | None]:
-    """Sentence on the inputs that change the answer most, and the section with all of them.
-
-    With ``own_ground`` of the damage at each wall's own movement, otherwise of the movement at damage.
-    """
+    """Sentence on the inputs that change the answer most, and the section with all of them."""
     if (category := doubtful_category(estimates)) is None:
         return "", None
     label = _with_name(category_label(ds, category))

@@ -14,12 +14,13 @@ import xarray as xr
 from damagepred.archive.folder import open_study
 from damagepred.archive.schema import BY_WALL, OF_HOUSE, VARIABLES, Variable
 from damagepred.arrays import FloatArray
-from damagepred.enumerations import ContactState, PathStatus
+from damagepred.enumerations import LOCAL, ContactState, PathStatus
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
 from damagepred.scene import House, Scene
 from damagepred.scene.plan import PLAN_TOLERANCE
 from damagepred.scene.scene import archived_scene
+from damagepred.uq.intensity import OF_SITE
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -86,7 +87,11 @@ def wall_dataset(ds: xr.Dataset, name: str) -> xr.Dataset:
         if number != ds["block_wall"].values[moved.argmax()]:  # another wall has moved farthest and fallen
             one.attrs["status"] = str(PathStatus.COMPLETE)
     scene, title = house.scenes[number], f"{ds.attrs.get('title', 'house')}: {name}"  # its ground is a table
-    size = {"span": scene.wall.length, "thickness": scene.wall.thickness}
+    size = {
+        "span": scene.wall.length,
+        "thickness": scene.wall.thickness,
+        "ground": LOCAL.get(house.mound.shape, OF_SITE),
+    }
     return one.assign_attrs(scene=scene.to_toml(), title=title, **size)
 
 

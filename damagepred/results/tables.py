@@ -403,10 +403,7 @@ YEARS = (1, 2, 5, 10, 20, 30, 50, 100)
 
 
 def year_frame(ds: xr.Dataset, confidence: float = 0.9) -> pd.DataFrame:
-    """Probability of each category by the worst up to a year, and by the present one, for each category and year.
-
-    The present one is NaN where some walls were not followed as far; the worst counts their earlier increments.
-    """
+    """Probability of each category by the worst up to a year, and by the present one (NaN where some are unknown)."""
     import pandas as pd
 
     ds = ds.isel(sample=np.isin(ds["status"].values, SOLVED))

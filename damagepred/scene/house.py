@@ -61,6 +61,7 @@ class House(Scene):
     (6.0, [(0.0, 0.0), (0.0, 4.0), (6.0, 0.0), (6.0, 4.0)])
     """
 
+    title: str = "masonry house"
     wall: tuple[PlanWall, ...]  # type: ignore[assignment]
     corner: Corner = Field(default_factory=Corner)
     mound: PlanMound = Field(default_factory=PlanMound)
@@ -230,13 +231,7 @@ class House(Scene):
         return Mound(shape="table", surface_movement=size, table=tuple(zip(share.tolist(), fraction.tolist())))
 
     def surface(self, points: FloatArray, factor: float = 1.0) -> FloatArray:
-        """Upward displacement (m) of the ground before the footings press it.
-
-        Parameters
-        ----------
-        points, factor
-            Points in plan (..., 2) (m); load factor, below 0 on the side opposite to ``movement.kind``.
-        """
+        """Upward displacement (m) of the free ground at points in plan (..., 2) (m), at a load factor."""
         return self._moved(rise, points, factor)
 
     def _drift(self, points: FloatArray, factor: float = 1.0) -> FloatArray:

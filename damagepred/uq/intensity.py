@@ -93,7 +93,10 @@ def movement_words(ds: xr.Dataset, measure: str | None = None) -> str:
     if name != "surface_movement":
         return name.replace("_", " ")
     kept = [str(ds[coord].attrs.get("long_name")) for coord in ("intensity", "movement") if coord in ds.coords]
-    return next((words for words in kept if words in LOCAL.values()), _ground_words(str(ds.attrs.get("scene", ""))))
+    words = ds.attrs.get("ground") or _ground_words(
+        str(ds.attrs.get("scene", ""))
+    )  # of the house of a wall, or its own
+    return next((words for words in kept if words in LOCAL.values()), str(words))
 
 
 @lru_cache(maxsize=8)

@@ -69,7 +69,7 @@ def _checked(
     if walls < LEAST_WALLS or not (scores := _scores(y, w)).size or np.ptp(scores) == 0:
         raise InputError(
             f"the output: has {walls} values, from {finite.min():g} to {finite.max():g}; "
-            f"sensitivity takes at least {LEAST_WALLS} walls that differ."
+            f"sensitivity takes at least {LEAST_WALLS} samples that differ."
         )
     return list(varying), np.array(list(varying.values())), y, w
 

@@ -50,8 +50,8 @@ def test_a_crack_of_a_wall_is_the_crack_of_that_wall(folder):
         )
     whole = predicted(folder, "crack", CrackObservation(width="1 mm"))
     assert np.array_equal(whole, open_study(folder)["crack_width_max"].values)
-    tilt = predicted(folder, "tilt", SlopeObservation(wall="side", value=0.01))
-    assert np.array_equal(tilt, open_study(folder)["wall_tilt_max"].values[..., 1], equal_nan=True)
+    slope = predicted(folder, "slope", SlopeObservation(wall="side", value=0.01))
+    assert np.array_equal(slope, open_study(folder)["wall_slope_max"].values[..., 1])
     window = predicted(folder, "window", WindowObservation(wall="front", opening=1, width_change="1 mm"))
     assert np.array_equal(window, open_study(folder)["opening_width_change"].values[..., 0])
 
@@ -84,15 +84,12 @@ def test_the_posterior_of_a_house_has_a_crack_map_of_its_unfolded_walls(folder):
     narrow = InferenceOptions(map_width=5e-5)
     found = infer(folder, Observations(crack=tuple(seen), level=(level,)), options=narrow)
     assert float(found["posterior"].sum()) == pytest.approx(1.0)
-    assert (found["observed_wall"].item(), found["level_wall"].item(), found["level_to_wall"].item()) == (
-        "side",
-        "front",
-        "side",
-    )
     house = archived_scene({"scene": found["study_scene"].item()})
     places, wider = unfolded_places(house), found["crack_probability"].attrs["wider_than"]
+    (left, level_), low = places[1], min(y for _, y in places)
+    assert (found["observed_x"].item(), found["observed_y"].item()) == pytest.approx((left + 0.4, level_ + 0.15))
+    assert (found["level_to_x"].item(), found["level_y"].item()) == pytest.approx((left + 0.8, 0.2))
     expected: dict[tuple[int, ...], float] = {}
-    low = min(y for _, y in places)
     for sample, weights in enumerate(found["posterior"].values):
         ds, _ = replay(folder, sample)
         cells = set()

@@ -80,7 +80,7 @@ def test_categories_means_and_keys_of_settings(tmp_path: Path) -> None:
     for how, movement, last in stops:
         assert settings({}, **{"movement": movement} | how).last_category == last
     assert settings({}).other_means() == [
-        "variable movement.central_deflection: mean 7.5 mm, the scene has 6 mm; walls follow the variable"
+        "variable movement.central_deflection: mean 7.5 mm, the scene has 6 mm; samples follow the variable"
     ]
     scene, words = settings({}).mean_wall()
     assert scene.movement.central_deflection == pytest.approx(7.5e-3)

@@ -135,7 +135,7 @@ def test_a_category_without_a_curve_is_refused_and_can_be_left_out(kind: str, tm
 
 
 def test_no_curve_at_all_says_what_to_do() -> None:
-    with pytest.raises(InputError, match=r"category 1: never reached\. Sample more walls, or a larger movement"):
+    with pytest.raises(InputError, match=r"category 1: never reached\. Take more samples, or a larger movement"):
         pelicun_frame(curves_of([np.nan], [np.nan]).assign_coords(intensity=np.linspace(0, 1, 31)))
 
 

@@ -108,7 +108,7 @@ def test_means_of_a_study_are_asked_back(command: Run, tmp_path: Path) -> None:
         '[variables."joint.cohesion"]\ndistribution = "normal"\nmean = 37.5\ncov = 0.1\n'
     )
     asked = "caution: joint.cohesion = 37.5 Pa: did you mean '37.5 MPa'?"
-    other = "caution: variable joint.cohesion: mean 37.5 Pa, the scene has 0.375 MPa by default; walls follow the"
+    other = "caution: variable joint.cohesion: mean 37.5 Pa, the scene has 0.375 MPa by default; samples follow the"
     for name in ("check", "solve", "study"):
         said = command(name, tmp_path / "house.toml").out
         assert asked in said, name

@@ -137,8 +137,8 @@ def test_each_mean_that_is_not_the_scenes_value_is_named() -> None:
     }
     settings = StudySettings.from_dict({"scene": {}, "variables": variables})
     assert settings.other_means() == [
-        "variable joint.friction: mean 0.5, the scene has 0.75; walls follow the variable",
-        "variable block.density: mean 1900 kg/m³, the scene has 2000 kg/m³; walls follow the variable",
+        "variable joint.friction: mean 0.5, the scene has 0.75; samples follow the variable",
+        "variable block.density: mean 1900 kg/m³, the scene has 2000 kg/m³; samples follow the variable",
     ]
 
 
