@@ -347,7 +347,7 @@ class StudyFolder:
                     left_out[file] = str(error)
         for sample in sorted(self.failed_samples()):
             try:
-                status = pieces.status()
+                status = pieces.status
                 missing = sample < len(status) and status[sample] in (SampleStatus.MISSING, FLAG_FILL)
                 if missing and self.checked_failure(sample):
                     status[sample] = SampleStatus.FAILED
@@ -387,10 +387,8 @@ class _Pieces:
 
     def __init__(self, samples: int) -> None:
         self.samples = samples
-        self.values: dict[str, np.ndarray] = {}
-        self.dims: dict[str, tuple[str, ...]] = {}
-        self.attributes: dict[str, dict[str, Any]] = {}
-        self.coordinates: dict[str, np.ndarray] = {}
+        self.status = np.full(samples, SampleStatus.MISSING, dtype=np.int8)
+        self.columns = {"status": Column(("sample",), self.status, {})}
         self.environments: list[Environment] = []
 
     def put(self, columns: Columns, file: Path, numbers: range | None = None) -> set[int]:
@@ -403,26 +401,26 @@ class _Pieces:
         if rows.max(initial=0) >= self.samples:
             raise DamagedError(f"{file}: holds sample {rows.max()}, and the design has {self.samples}.")
         for name, column in columns.items():
-            before = self.values.get(name)
-            if "sample" in column.dims and before is not None and before.shape[1:] != column.values.shape[1:]:
+            before = self.columns.get(name, column)
+            if "sample" in column.dims and before.values.shape[1:] != column.values.shape[1:]:
                 raise DamagedError(f"{file}: {name} is of another shape than in other parts.")
         # a failed sample may have run again since
         keep = np.full(len(rows), True) if numbers is not None else ~np.isin(columns["status"].values, UNSOLVED)
         if "environment" in columns:
             columns = columns | {"environment": self._renumbered(columns["environment"], file)}
         for name, column in columns.items():
-            if column.dims == (name,) and name not in ("sample", "increment"):
-                self.coordinates[name] = column.values
-                if "flag_meanings" in column.attributes:
-                    self.attributes[name] = dict(column.attributes)
-            if "sample" not in column.dims or name == "sample" or name not in VARIABLES:
+            if name not in VARIABLES or name in ("sample", "increment"):
                 continue
-            if name not in self.values:
-                shape = (self.samples, *column.values.shape[1:])
-                self.values[name] = _blank(shape, column.values.dtype)
-                self.dims[name] = column.dims
-                self.attributes[name] = dict(column.attributes)
-            self.values[name][rows[keep]] = column.values[keep]
+            if column.dims == (name,):
+                self.columns[name] = column if "flag_meanings" in column.attributes else column._replace(attributes={})
+            elif "sample" in column.dims:
+                if name not in self.columns:
+                    is_float, shape = column.values.dtype.kind == "f", (self.samples, *column.values.shape[1:])
+                    unknown = np.full(
+                        shape, np.nan if is_float else -1, np.float64 if is_float else column.values.dtype
+                    )
+                    self.columns[name] = column._replace(values=unknown)
+                self.columns[name].values[rows[keep]] = column.values[keep]
         return set(rows[keep].tolist())
 
     def _renumbered(self, column: Column, file: Path) -> Column:
@@ -438,27 +436,15 @@ class _Pieces:
         values = np.array([*rows, -1], dtype=np.int64)[column.values.astype(np.int64)]  # -1: unknown
         return column._replace(values=values, attributes={})
 
-    def status(self) -> np.ndarray:
-        """Status of each sample."""
-        return self.values.setdefault("status", np.full(self.samples, SampleStatus.MISSING, dtype=np.int8))
-
     def dataset(self) -> xr.Dataset:
-        status = self.status()
-        status[status == FLAG_FILL] = SampleStatus.MISSING
-        columns = {"sample": np.arange(self.samples), **self.values}
-        columns |= {name: values for name, values in self.coordinates.items() if name in VARIABLES}
-        ds = dataset(columns, {}, {"status": ("sample",), **self.dims})
-        if "environment" in self.values:
-            self.attributes["environment"] = as_table(self.environments)
-        for name, attributes in self.attributes.items():
-            ds[name].attrs.update(attributes)
+        self.status[self.status == FLAG_FILL] = SampleStatus.MISSING
+        values = {"sample": np.arange(self.samples), **{name: column.values for name, column in self.columns.items()}}
+        ds = dataset(values, {}, {name: column.dims for name, column in self.columns.items()})
+        for name, column in self.columns.items():
+            ds[name].attrs.update(column.attributes)
+        if "environment" in self.columns:
+            ds["environment"].attrs.update(as_table(self.environments))
         return with_shared_movement(ds)
-
-
-def _blank(shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
-    if dtype == np.int8:
-        return np.full(shape, FLAG_FILL, dtype=np.int8)
-    return np.full(shape, np.nan if dtype.kind == "f" else -1, dtype=np.float64 if dtype.kind == "f" else dtype)
 
 
 @checked

@@ -48,9 +48,6 @@ from damagepred.scene import Damage
 from damagepred.scene.reading import build
 from damagepred.uq.capacity import sample_weights
 
-_CHUNK = 1 << 16
-"""Samples judged at once, for speed and memory."""
-
 
 @checked
 @one_blas_thread()
@@ -328,31 +325,22 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
     rows = was.sizes["sample"] if many else 1
     old = was.values.reshape(rows, -1)
     width = _widths(ds, prefix, by_band, rules).reshape(old.shape)
-    group, name_of_groups = None, f"{prefix}crack_group_width"  # width of the widest group that counts
-    if not rules.count_rule:
-        group = np.zeros((rows, 1))
-    elif name_of_groups in ds:
-        position = int(np.flatnonzero(ds["group_count"].values == rules.group_count)[0])
-        group = np.asarray(ds[name_of_groups].values[..., position]).reshape(old.shape)
-    stored: dict[str, FloatArray] = {}
+    known, without_group = np.isfinite(width), 0
     if rules.table.measures:  # values that own states need; widths with the gap under the footing if it counts
         stored = _stored(before, prefix, STATE_TAKES)
         stored |= {f"crack_{kind}width_max": _widths(before, prefix, bool(kind), rules) for kind in ("", "band_")}
-        stored = {key: value.reshape(old.shape) for key, value in stored.items()}
+        new = rules.table.by_measures({key: value.reshape(old.shape) for key, value in stored.items()})
+    else:
+        group = np.full((rows, 1), np.nan if rules.count_rule else 0.0)  # width of the widest group that counts
+        if rules.count_rule and f"{prefix}crack_group_width" in ds:
+            position = int(np.flatnonzero(ds["group_count"].values == rules.group_count)[0])
+            group = ds[f"{prefix}crack_group_width"].values[..., position].reshape(old.shape)
+        without_group = int((known & np.isnan(group)).any(axis=1).sum())
+        new = rules.table.by_width_and_group(width, group)
+    new = np.where(known, new, FLAG_FILL).astype(np.int8)
     collapsed = ds["status"].values == SampleStatus.COLLAPSED if many else np.array([_collapsed(ds)])
-    new = np.empty(old.shape, dtype=np.int8)
-    without_group, open_end, followed = 0, 0, rules.table.highest
-    for part in (slice(first, first + _CHUNK) for first in range(0, rows, _CHUNK)):
-        groups = np.full((1, 1), np.nan) if group is None else group[part]
-        lacking = np.isfinite(width[part]) & np.isnan(groups)
-        without_group += int(lacking.any(axis=1).sum()) if rules.count_rule and not stored else 0
-        by_rules = rules.table.by_width_and_group(width[part], groups)
-        if stored:
-            by_rules = rules.table.by_measures({key: value[part] for key, value in stored.items()})
-        new[part] = np.where(np.isfinite(width[part]), by_rules, FLAG_FILL)
-        reached = _beyond_the_end(new[part], old[part], collapsed[part], rules.table.highest, same)
-        open_end += reached.size
-        followed = min(followed, int(reached.min(initial=followed)))
+    reached = _beyond_the_end(new, old, collapsed, rules.table.highest, same)
+    open_end, followed = reached.size, int(reached.min(initial=rules.table.highest))
     ds[f"{prefix}{name}"] = (was.dims, new.reshape(was.shape), was.attrs)
     notes = []
     if without_group:
