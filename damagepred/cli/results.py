@@ -11,6 +11,7 @@ import damagepred as dp
 from damagepred.cli import options as opt
 from damagepred.cli import terminal
 from damagepred.errors import InputError
+from damagepred.formatting import counted
 
 
 @opt.command("estimate", "json", "quiet")
@@ -57,7 +58,6 @@ def compare(
 ) -> None:
     """Compare studies: change of a probability of damage by each measure, with the same samples."""
     from damagepred.cli.sentences import comparison_lines
-    from damagepred.formatting import counted
     from damagepred.results.house import is_house, study_of
     from damagepred.uq.capacity import category_number
     from damagepred.uq.movement_distribution import movement_distribution

@@ -13,6 +13,7 @@ import damagepred as dp
 from damagepred.cli import options as opt
 from damagepred.cli import terminal
 from damagepred.cli.walls import _ask_back, _say_ground
+from damagepred.formatting import counted
 
 
 @opt.command("study", "quiet")
@@ -37,11 +38,9 @@ def study(
     from damagepred.campaign.settings import StudySettings
     from damagepred.campaign.stopping import run_until
     from damagepred.cli.sentences import ending_lines
-    from damagepred.formatting import counted
-    from damagepred.scene import House
 
     settings = StudySettings.from_toml(file).with_samples(samples, seed)
-    folder, houses = output or file.with_suffix(".dp"), isinstance(settings.scene, House)
+    folder, houses = output or file.with_suffix(".dp"), isinstance(settings.scene, dp.scene.House)
     _ask_back(settings.scene, settings)
     _say_ground(settings.mean_wall()[0] if settings.scene.soil_layer else settings.scene, settings)
     with ExitStack() as open_until_the_end:
@@ -145,8 +144,6 @@ def rare(
     from damagepred.analyses.rare_event import kept_sizes, rare_event
     from damagepred.campaign.settings import StudySettings
     from damagepred.cli.sentences import rare_lines
-    from damagepred.formatting import counted
-    from damagepred.scene import House
     from damagepred.uq.capacity import numbered_category
 
     movement, settings = terminal.quantity("--at", at, "m"), StudySettings.from_toml(file).with_samples(None, seed)
@@ -171,7 +168,7 @@ def rare(
     )
     if terminal.FORM.json:
         terminal.print_json(result)
-    houses = isinstance(settings.scene, House)
+    houses = isinstance(settings.scene, dp.scene.House)
     terminal.lines(counted(line, houses) for line in rare_lines(result, question))
     if result.failed:
         raise Exit(opt.SOME_FAILED)

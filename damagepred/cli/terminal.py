@@ -21,6 +21,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from damagepred.errors import ArchiveWarning, InputError
+from damagepred.formatting import duration
 from damagepred.inputs.text import controls_escaped
 
 if TYPE_CHECKING:
@@ -422,8 +423,6 @@ class Bar(_Progress):
 
     def replays(self, done: int, total: int) -> None:
         """Show the number of replays done and the time left."""
-        from damagepred.formatting import duration
-
         left = (time.monotonic() - self._began) / done * (total - done)
         self._progress.update(self._task, completed=done, total=total, left=f"about {duration(left)} left")
 
@@ -444,8 +443,6 @@ class StudyBar(_Progress):
 
     def update(self, state: StudyProgress) -> None:
         """Show the present state of the study."""
-        from damagepred.formatting import duration
-
         if self._task is None:
             self._task = self._progress.add_task("", total=state.total, completed=state.done, failed=0, left="")
         self._activity[0] = f"solving {self.noun}, {state.done} of {state.total} done"

@@ -11,6 +11,7 @@ from typer import Argument, Exit, Option
 import damagepred as dp
 from damagepred.cli import options as opt
 from damagepred.cli import terminal
+from damagepred.formatting import quantity
 
 if TYPE_CHECKING:
     from damagepred.campaign.settings import StudySettings
@@ -171,7 +172,6 @@ def judge_command(
 @opt.command("materials", "json", "quiet")
 def materials_command() -> None:
     """List the masonry of the library: values, scatter, source and confidence."""
-    from damagepred.formatting import quantity
     from damagepred.scene import masonry_library
 
     if terminal.FORM.json:
