@@ -309,7 +309,7 @@ def report(
     """Write one self-contained page about a solved wall or a study."""
     from damagepred.uq.movement_distribution import movement_distribution
 
-    with terminal.Bar("solving a typical sample again") as bar:
+    with terminal.Bar("solving a typical sample again" if path.is_dir() else "drawing the page") as bar:
         place = dp.report.write_report(
             path,
             output,

@@ -92,6 +92,7 @@ def solve(
         from damagepred.analyses.mean_wall import beyond_mean_wall
 
         terminal.say(f"{mean_wall}\n{beyond_mean_wall(ds, settings, file)}")
+    terminal.silent()
     tables.wall_table(ds)
     _say_ground(described, settings)
     raise Exit(opt.exit_code(ds))
@@ -111,6 +112,7 @@ def replay(
     with terminal.Bar(f"sample {sample}") as bar:
         ds, comparison = replay_sample(folder, sample, on_step=bar.step)
     opt.keep_wall(ds, output, plot)
+    terminal.silent()
     tables.wall_table(ds)
     terminal.say(comparison)
     raise Exit(opt.exit_code(ds))

@@ -25,10 +25,11 @@ from damagepred.uq.fragility.fit import EXTRAPOLATED
 
 def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
     """Return limits of the model of one wall, and assumptions of the ground that are not ``sampled``."""
+    kind = "house" if isinstance(scene, House) else "wall"
     said = [
         "Straight walls, each in its own plane, which pass vertical shear where they meet. The push of a wall's end on "
         "another wall, floors, roof, movement out of the planes, and torsion of the footings are not in the model."
-        if isinstance(scene, House)
+        if kind == "house"
         else "One straight wall in its own plane. Return walls, floors, roof and foundations that tie it in, movement "
         "out of its plane, and torsion of the house are not in the model."
     ]
@@ -47,7 +48,7 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         said.append("Bricks break upright in the middle alone, and do not crush." if bricks_break(scene) else whole)
     bonds = (
         "Bonds break at once when their strength is reached. Small differences decide which joint breaks next, and the "
-        "widest crack with it: single walls are examples, and probabilities need many walls. "
+        f"widest crack with it: single {kind}s are examples, and probabilities need many {kind}s. "
     )
     law = "lose" if scene.joint.brittle_shear else "keep"
     detail = "at the first slip" if scene.joint.brittle_shear else "(Eq. 4 of the paper)"
@@ -63,7 +64,7 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
     if assumed := assumed_ground(scene, sampled):
         said.append(
             f"Of the ground nothing was given but defaults: {', '.join(assumed)}. Your site differs; softer soil than "
-            "the site's spares the wall."
+            f"the site's spares the {kind}."
         )
     if assumed := assumed_seasons(scene, sampled):
         said.append(f"The seasons have defaults, which are assumed and not measured at a site: {', '.join(assumed)}.")

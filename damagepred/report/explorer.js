@@ -2,7 +2,7 @@
 "use strict";
 (() => {
   const ARRAYS = { float32: Float32Array, int32: Int32Array, int16: Int16Array, uint8: Uint8Array };
-  const HINT = "Point at a joint for its width. A click on a curve or on the shares of walls leads to the wall at that movement.";
+  const HINT = "Point at a joint for its width. A click on a curve or on the shares leads to that movement.";
   const REACH = 12; // pixels from the pointer to a joint
 
   async function unpack(packed) {

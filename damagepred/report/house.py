@@ -33,8 +33,7 @@ def house_drawings(ds: xr.Dataset, caption: str = "", walls: Mapping[str, xr.Dat
         ),
         drawing(
             "unfolded",
-            f"{caption}The walls side by side, cracks coloured by category, the widest of each in mm; displacements "
-            "exaggerated.",
+            f"{caption}The walls side by side, cracks coloured by category; displacements exaggerated.",
             "Walls of the house side by side, deformed, with their cracks",
             draw_unfolded(ds),
             walls={name: unfolded(one) for name, one in (walls or {"the house": ds}).items()},
@@ -94,5 +93,5 @@ def walls_table(ds: xr.Dataset, at: MovementDistribution, confidence: float) -> 
     damaged = ds["damaged_walls"].values if "damaged_walls" in ds else np.empty(0)
     note = f"{RULE} With {confidence:.0%} intervals."
     if damaged.ndim == 2:
-        note += f" On average {number(float(np.nanmean(np.nanmax(damaged, axis=1))), 2)} walls of a house are damaged."
+        note += f" Damaged walls per house, on average: {number(float(np.nanmean(np.nanmax(damaged, axis=1))), 2)}."
     return Table("Probability of damage by wall", heads, rows, note=note)

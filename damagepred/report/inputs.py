@@ -19,7 +19,7 @@ from damagepred.formatting import named, number, plain, quantity
 from damagepred.inputs.data_files import CONFIDENCE, data_tables
 from damagepred.report.parts import Part, Section, Text
 from damagepred.results.tables import Table
-from damagepred.scene import Scene, masonry_library
+from damagepred.scene import House, Scene, masonry_library
 from damagepred.scene.quantity import to_si, unit_in
 from damagepred.scene.scene import step_names
 from damagepred.uq.variable import Variable
@@ -58,7 +58,9 @@ def input_section(
     units = dict(json.loads(record.get(UNITS, "{}")))
     shown = partial(_rows, uncertain=uncertain, given=given, material=scene.material, units=units)
     rows = [row for table, values in _tables(scene) for row in shown(table, values)]
-    what = "The wall; what varies from sample to sample is in the next table" if uncertain else "The wall"
+    house = isinstance(scene, House)
+    what = "The house" if house else "The wall"
+    what += "; what varies from sample to sample is in the next table" if uncertain else ""
     sources = {name for row in rows for name in CONFIDENCE if row[4].endswith(f"({name})")}
     parts: list[Part] = [
         Text(
@@ -78,7 +80,8 @@ def input_section(
         ),
     ]
     if settings is not None and settings.variables:
-        variables = [_variable_row(place, v) for place, v in settings.variables.items()]
+        between = "house to house" if house else "wall to wall"
+        variables = [_variable_row(place, v, between) for place, v in settings.variables.items()]
         sources |= {name for row in variables for name in CONFIDENCE if f"({name})" in row[4]}
         pairs = [(a, b, value) for a, row in settings.correlation.items() for b, value in row.items()]
         correlated = [f"{place_in_words(a)} with {place_in_words(b)}, {number(value)}" for a, b, value in pairs]
@@ -137,9 +140,16 @@ def _rows(
     head = f"{HEADS.get(kind, named(kind))} {which}".strip()
     for key, value in values.items():
         place = f"{table}.{key}"
-        if isinstance(value, dict):
-            for row in _rows(place, value, uncertain, given, material, units):
-                yield [head if not row[0] else row[0], f"{named(key)}: {row[1]}", *row[2:]]
+        parts = {"": value} if isinstance(value, dict) else {}
+        if (
+            kind == "wall" and isinstance(value, list) and value and isinstance(value[0], dict)
+        ):  # openings of a wall of a house
+            parts = {f".{step}": part for step, part in zip(step_names(value), value)}
+        for step, part in parts.items():
+            for row in _rows(f"{place}{step}", part, uncertain, given, material, units):
+                name = named(f"{key}{step.replace('.', ' ')}")
+                yield [head if kind == "wall" else row[0], f"{name}: {row[1]}", *row[2:]]
+        if parts:
             continue
         if isinstance(value, int | float) and not isinstance(value, bool) and Scene.takes_number(place):
             shown, unit = _in_unit(float(value), Scene.unit_of(place), units.get(place, ""))
@@ -149,6 +159,7 @@ def _rows(
         if table in _OPTIONS and place not in _LISTED and str(origin) == DEFAULT:
             continue
         source = Source("varies, see below") if place in uncertain else origin
+        source = Source("from start to end") if key == "length" and "start" in values else source
         yield [head, named(key), shown, unit, str(source)]
 
 
@@ -165,10 +176,9 @@ def _pretty(unit: str) -> str:
     return re.sub(r"(?<=[^\W\d_])\*{0,2}([23])\b", lambda power: "²³"[int(power[1]) - 2], unit)
 
 
-def _variable_row(place: str, variable: Variable) -> list[str]:
+def _variable_row(place: str, variable: Variable, varies: str) -> list[str]:
     unit = Scene.unit_of(place)
     sources = [str(source) for source in sources_of_variable(place, variable)]
-    varies = "wall to wall"
     if variable.field is not None:
         varies = "joint to joint"
         if variable.field.by_course:

@@ -11,9 +11,12 @@ import pytest
 
 import damagepred
 from damagepred.archive.files import write_dataset
+from damagepred.archive.provenance import GIVEN, UNITS
 from damagepred.campaign.settings import StudySettings
 from damagepred.one_wall.solve import solve
 from damagepred.report import write_report
+from damagepred.report.inputs import input_section
+from damagepred.results.tables import Table
 from damagepred.scene import Scene
 from damagepred.study import Study
 from tests.campaign.test_house import HOUSE as STUDY
@@ -124,3 +127,20 @@ def test_the_page_of_a_study_of_houses_counts_houses_and_has_each_wall(tmp_path)
     assert "damage category of a house?" in shown
     assert "of the houses." in shown
     assert "Probability of damage by wall" in shown
+
+
+def test_the_inputs_of_a_house_name_given_openings_and_lengths_by_their_ends():
+    wall = {"name": "front", "start": [0, 0], "end": [1.92, 0], "height": 0.45}
+    door = {"kind": "door", "x": 0.48, "width": 0.96, "height": 0.3}
+    walls = [{**wall, "opening": [door]}, {**wall, "name": "side", "start": [1.92, 0], "end": [1.92, 0.96]}]
+    mound = {"shape": "tilt", "surface_movement": 0.01}
+    house = Scene.from_dict({"wall": walls, "mound": mound, "movement": {"kind": "settle"}})
+    given = "wall.front.opening.1.width wall.front.opening.1.x wall.front.height"
+    section = input_section(house, attributes={GIVEN: given, UNITS: '{"wall.front.opening.1.width": "mm"}'})
+    table = next(part for part in section.parts if isinstance(part, Table))
+    rows = {(group, row[0]): row[1:] for group, row in zip(table.groups, table.rows)}
+    assert table.caption == "The house"
+    assert rows["Wall front", "length"] == ["1.92", "m", "from start to end"]
+    assert rows["Wall front", "opening 1: width"] == ["960", "mm", "as given"]
+    assert rows["Wall front", "opening 1: y"][2] == "default"
+    assert rows["Wall side", "length"][2] == "from start to end"
