@@ -47,9 +47,7 @@ def test_every_product_and_factorisation_is_made_with_one_thread(plain: dict[str
     ],
     ids=["four threads, numpy first", "beside other threads, xarray first"],
 )
-def test_threads_and_imports_change_no_bit(
-    options: tuple[str, ...], variables: dict[str, str], plain: dict[str, Any], tmp_path: Path
-) -> None:
+def test_threads_and_imports_change_no_bit(options, variables, plain, tmp_path) -> None:
     found = run(tmp_path / "bits.json", *options, **variables)["digests"]
     assert len(found) > 500
     different = sorted(name for name, digest in plain["digests"].items() if found.get(name) != digest)

@@ -69,9 +69,7 @@ def test_a_margin_is_negative_where_the_category_is_reached() -> None:
         ((0.0, 0.1, 0.2, 0.3, 0.4, 0.5), 8 / 4 - 1 + 0.5),  # followed to 8 mm, as wide as half the limit
     ],
 )
-def test_a_margin_lies_where_the_width_passes_the_limit(
-    widths: tuple[float, ...], expected: float, measure: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_margin_lies_where_the_width_passes_the_limit(widths, expected, measure, monkeypatch) -> None:
     asked = study_for_limit_state(settings(f'{TINY}\n[scene.damage]\nmeasure = "{measure}"\n'), ASKED)
     scene, fields = normals_to_wall(asked, asked.design(), np.zeros(len(asked.design().wall) + 2 * _joints(asked)))
 

@@ -149,9 +149,7 @@ def test_the_netcdf_library_s_word_for_a_full_disk(old: Path):
         (tempfile, "mkstemp", errno.EACCES, "no permission to write there; choose another place"),
     ],
 )
-def test_each_step_that_fails_leaves_the_old_file(
-    old: Path, monkeypatch: pytest.MonkeyPatch, place: object, step: str, code: int, words: str
-):
+def test_each_step_that_fails_leaves_the_old_file(old, monkeypatch, place, step, code, words) -> None:
     def fail(*_args: object, **_more: object) -> None:
         raise OSError(code, os.strerror(code))
 
@@ -209,9 +207,7 @@ def test_round_trip_parts(tmp_path: Path, samples: int, openings: int) -> None:
 
 @pytest.mark.parametrize("names", [None, ["status"], ["newton_iterations"], ["crack_width_worst", "cycles"], []])
 @pytest.mark.parametrize("version", range(2, SCHEMA_VERSION + 1))
-def test_some_variables_of_a_part_of_each_version(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, version: int, names: list[str] | None
-) -> None:
+def test_some_variables_of_a_part_of_each_version(tmp_path, monkeypatch, version, names) -> None:
     """By their names of today, whatever they were called then; no others."""
     from damagepred.archive import parts
 

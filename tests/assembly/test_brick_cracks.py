@@ -204,9 +204,7 @@ def test_a_strength_that_nothing_reads_is_named(block: dict[str, float], solver:
         ("clay brick, Dutch, shear panels", {"dilation": 0.1}, "break only with block.fracture_energy"),
     ],
 )
-def test_a_strength_of_the_library_that_nothing_reads_is_named(
-    material: str, block: dict[str, object], said: str
-) -> None:
+def test_a_strength_of_the_library_that_nothing_reads_is_named(material, block, said) -> None:
     tables = {"material": material, "block": block}
     cautions = brick_cautions(Scene.from_file_tables(tables, None, "wall.toml"))  # type: ignore[arg-type]
     assert said in " ".join(cautions)

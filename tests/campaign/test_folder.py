@@ -129,9 +129,7 @@ COMMITTED = environment() | {"damagepred_commit": "0123456789ab"}
         (None, {}, "older version, which did not record where"),
     ],
 )
-def test_a_replay_that_differs_names_other_differences(
-    recorded: dict[str, str] | None, here: dict[str, str], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_replay_that_differs_names_other_differences(recorded, here, says, tmp_path, monkeypatch) -> None:
     from damagepred.campaign import replay as module
     from damagepred.campaign import sample
 

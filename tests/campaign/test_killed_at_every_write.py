@@ -160,9 +160,7 @@ def what_is_found(folder: Path) -> dict[str, object]:
 
 
 @pytest.mark.parametrize(("go_on", "at_each"), [(rare, 9)])
-def test_estimates_that_solve_walls(
-    go_on: Callable[[Path], None], at_each: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_estimates_that_solve_walls(go_on, at_each, tmp_path, monkeypatch) -> None:
     """The cost of walls determines their number, so the clock ticks once a wall here."""
     ticks = itertools.count()
     monkeypatch.setattr(sample, "time", SimpleNamespace(perf_counter=lambda: float(next(ticks))))

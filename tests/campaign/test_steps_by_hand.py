@@ -247,9 +247,7 @@ def test_timing_ends_with_its_limit_and_other_movements_take_one_wall(tmp_path: 
 
 
 @pytest.mark.parametrize(("timed", "expected"), [((1.4, 0.2), 0.2), ((6.0, 1.5), 1.5), ((25.0,), 25.0)])
-def test_libraries_loaded_by_the_first_wall_do_not_count(
-    timed: tuple[float, ...], expected: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_libraries_loaded_by_the_first_wall_do_not_count(timed, expected, tmp_path, monkeypatch) -> None:
     """A short wall is timed twice, a long one once."""
     times = iter(timed)
     monkeypatch.setattr(cost_estimate, "_timed", lambda *_: (next(times), "complete", ()))

@@ -159,9 +159,7 @@ DAMAGE: dict[str, Callable[[StudyFolder, Path], object]] = {
 @pytest.mark.filterwarnings("ignore::damagepred.errors.ArchiveWarning")
 @pytest.mark.timeout(120)
 @pytest.mark.parametrize("damage", DAMAGE)
-def test_damage_is_reported_and_repaired(
-    damage: str, folder: StudyFolder, done: Path, other: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_damage_is_reported_and_repaired(damage, folder, done, other, monkeypatch) -> None:
     DAMAGE[damage](folder, other)
     if "part" in damage:
         folder.results_file.unlink()

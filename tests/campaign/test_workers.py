@@ -1,7 +1,9 @@
-"""A worker that dies or hangs costs only time; a sample that always kills its worker has failed."""
+"""A worker that dies or hangs costs only time, and finds kernels compiled; a sample that always kills has failed."""
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -107,9 +109,7 @@ def test_workers_ignore_interrupts_while_they_load_the_program() -> None:
         pool.kill()
 
 
-def test_workers_end_if_the_design_cannot_be_drawn(
-    small_study_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_workers_end_if_the_design_cannot_be_drawn(small_study_file, tmp_path, monkeypatch) -> None:
     pools: list[LocalPool] = []
 
     def pool(*arguments: Any, **how: Any) -> LocalPool:
@@ -195,3 +195,56 @@ def test_one_pool_runs_one_study_after_the_other_as_each_alone(small_study_file:
         for variable in ("crack_width_max", "damage_category", "joint.tensile_strength"):
             if variable in alone:
                 assert found[variable].values.tobytes() == alone[variable].values.tobytes()
+
+
+SCRIPT = """
+import gc, sys
+
+from numba.core.dispatcher import Dispatcher
+
+from damagepred.kernels.jit import Phase
+from damagepred.one_wall.solve import solve
+from damagepred.scene import Scene
+from damagepred.campaign.warm_up import warm_up
+
+
+def compiled():
+    kernels = [kernel for kernel in gc.get_objects() if isinstance(kernel, (Dispatcher, Phase))]
+    phases = {(f.function.__qualname__, id(f)) for f in kernels if isinstance(f, Phase) and f._compiled}
+    functions = [function for function in kernels if isinstance(function, Dispatcher)]
+    return phases | {(f.py_func.__qualname__, str(s)) for f in functions for s in f.signatures}
+
+
+scene = Scene.from_toml(sys.argv[1])
+warm_up(scene)
+before = compiled()
+assert len(before) > 20
+solve(scene, increments=4)
+print(sorted(compiled() - before))
+"""
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", ["bryant_window_dishing", "bryant_doming"])
+def test_solving_a_wall_compiles_nothing_more(data_folder: Path, name: str) -> None:
+    script = [sys.executable, "-c", SCRIPT, str(data_folder / f"{name}.toml")]
+    found = subprocess.run(script, capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+
+
+CRACKED_FOOTING_ON_A_MOUND = """
+wall = { length = 2.4, height = 0.6 }
+dpc = { course = 2 }
+footing = { width = 0.2, depth = 0.15, concrete = {} }
+movement = { kind = "doming", shape = "mound" }
+mound = { surface_movement = 0.05 }
+soil = { shrinking_stiffness = 2e7 }
+"""
+
+
+@pytest.mark.thorough
+def test_a_footing_on_a_mound_compiles_nothing_more(tmp_path: Path) -> None:
+    file = tmp_path / "mound.toml"
+    file.write_text(CRACKED_FOOTING_ON_A_MOUND)
+    found = subprocess.run([sys.executable, "-c", SCRIPT, str(file)], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"

@@ -152,9 +152,7 @@ REFUSED = (
 
 
 @pytest.mark.parametrize("call", REFUSED.split("; "))
-def test_an_output_is_refused_before_anything_is_read(
-    call: str, command: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_output_is_refused_before_anything_is_read(call, command, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     for name in ("wall.toml", "study.toml", "wall.nc", "house.dp", "survey.toml", "choices.toml"):
         Path(name).write_text("this is read too late")

@@ -182,9 +182,7 @@ def test_the_road_from_study_to_fragility(command: Run, small_study_file: Path, 
     assert command("plot", folder, "-o", tmp_path / "pictures").code == 0
 
 
-def test_an_interrupt_before_anything_is_done_is_said(
-    command: Run, small_study_file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupt_before_anything_is_done_is_said(command, small_study_file, monkeypatch) -> None:
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 

@@ -104,9 +104,7 @@ class Function:
         self.signatures = ["float64"] if compiled else []
 
 
-def test_an_activity_is_named_once_however_often_it_is_interrupted(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_an_activity_is_named_once_however_often_it_is_interrupted(monkeypatch, capfd) -> None:
     compiling = [False]
     monkeypatch.setattr(terminal.FORM, "quiet", False)
     monkeypatch.setattr(terminal, "_is_compiling", lambda: compiling[0])

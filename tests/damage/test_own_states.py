@@ -188,9 +188,7 @@ def test_states_that_are_refused(states: list[dict], keys: dict, said: str) -> N
         ("own_wrong:short", r"returns an array of shape \(0,\) for arrays of \([12],\)"),
     ],
 )
-def test_functions_that_are_refused_before_a_wall_is_solved(
-    function: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_functions_that_are_refused_before_a_wall_is_solved(function, said, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "own_wrong.py").write_text(FUNCTION)

@@ -89,9 +89,7 @@ def test_the_cache_of_the_user_comes_first(places: tuple[Path, Path]) -> None:
     assert cache_folder("kernels-1") == folder  # found again
 
 
-def test_a_folder_that_the_user_names_comes_before(
-    places: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_folder_that_the_user_names_comes_before(places, tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "named" / "deep"))
     assert cache_folder("kernels-1") == tmp_path / "named" / "deep" / "kernels-1"
 

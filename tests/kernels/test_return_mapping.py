@@ -1,6 +1,5 @@
 """The quasi-static return mapping, compared with the explicit law iterated to convergence."""
 
-import itertools
 from dataclasses import replace
 
 import numba
@@ -155,7 +154,7 @@ def test_the_explicit_law_converges_to_these_stresses(feature: str) -> None:
     # strength
     comparable = (rest[:, 4] == 1.0) == cracked
     comparable &= ~(cracked & keeps & ((K_N * e > joints.residual_tensile_strength) != (kappa > 0)) & (e > 0))
-    # where dilation closes an opening joint, the order matters: see the paths below
+    # where dilation closes an opening joint, the order matters
     comparable &= ~(cracked & (joints.dilation > 0) & (e > 0) & (softens | (kappa == 0)))
     # nor is the result the same if a joint in tension slides before its bond softens
     comparable &= ~((joints.critical_slip > 0) & (e > 0) & (live[:, 6] != 0))
@@ -226,78 +225,6 @@ def test_joints_with_more_to_their_law_are_not_plain(feature: str) -> None:
     np.testing.assert_array_equal(plain, ~more)
     assert ReturnMappingOptions().for_kernels(parameters).general
     assert ReturnMappingOptions().for_kernels(parameters[plain]).general is None
-
-
-def settled(joints, cracked, kappa, slip, dilatant_opening, u_n, u_s):
-    """Return stresses and history after one equilibrium, committed by ``commit_joint_history``."""
-    e = u_n - dilatant_opening
-    sigma, tau, *_, slid, dilatancy, _ = evaluate(joints, cracked, kappa, e, u_s - slip).T
-    softens = joints.critical_opening > 0
-    brittle = cracked & ~softens & (joints.residual_tensile_strength == 0)
-    kappa = np.where(brittle, np.where((sigma == 0) & (e > 0), np.inf, 0.0), kappa)
-    first = joints.tensile_strength / K_N
-    wears = (joints.critical_slip > 0) & (cracked | ((slid != 0) & (e <= first)))
-    kappa = np.where((cracked & softens) | wears, np.maximum(np.maximum(kappa, np.where(cracked, e, 0)), first), kappa)
-    kappa = np.where(wears, kappa + joint_parameters(joints)["slip_weight"] * np.abs(slid), kappa)
-    return sigma, tau, cracked | wears, kappa, slip + slid, dilatant_opening + dilatancy
-
-
-@of_parameters
-def walked(joints, u_n, u_s, slip, dilatant_opening, cracked, kappa):
-    """Return stresses of the explicit law at the end of paths, (count, 2); the history is updated."""
-    found = np.empty((u_n.shape[1], 2))
-    for i in range(u_n.shape[1]):
-        for t in range(u_n.shape[0]):
-            for _ in range(3):
-                sigma, tau, slip[i], dilatant_opening[i], cracked[i], kappa[i] = cycle(
-                    joints, i, u_n[t, i], u_s[t, i], slip[i], dilatant_opening[i], cracked[i], kappa[i]
-                )
-        found[i] = sigma, tau
-    return found
-
-
-def difference_along_paths(joints, corners, steps):
-    """Return by how much the laws' stresses differ at the corners of paths of many small steps, over the strengths.
-
-    A bond that breaks in tension counts as open from then on.
-    """
-    count = len(joints.cohesion)
-    slip, dilatant_opening, kappa = np.zeros(count), np.zeros(count), np.zeros(count)
-    cracked = np.zeros(count, dtype=np.bool_)
-    explicit = tuple(v.copy() for v in (slip, dilatant_opening, cracked, kappa))
-    softens, left = joints.critical_opening > 0, joints.residual_tensile_strength
-    differences = []
-    for start, end in itertools.pairwise(corners):
-        path = start + np.linspace(0.0, 1.0, steps + 1)[1:, None, None] * (end - start)
-        stress = walked(joints, path[:, 0], path[:, 1], *explicit)
-        for u_n, u_s in path:
-            elastic = K_N * (u_n - dilatant_opening)
-            breaks = ~cracked & (elastic > joints.tensile_strength)
-            cracked = cracked | breaks
-            kappa = np.where(breaks & ~softens, np.inf, kappa)
-            keeps = cracked & ~softens & (left > 0)
-            kappa = np.where(keeps, np.where(elastic > left, np.inf, 0.0), kappa)
-            sigma, tau, cracked, kappa, slip, dilatant_opening = settled(
-                joints, cracked, kappa, slip, dilatant_opening, u_n, u_s
-            )
-        np.testing.assert_array_equal(cracked, explicit[2])
-        apart = np.maximum(np.abs(sigma - stress[:, 0]), np.abs(tau - stress[:, 1]))
-        differences.append(apart / (joints.cohesion + np.abs(stress).max(axis=1)))
-    return np.array(differences)
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("feature", FEATURES + EXPONENTIAL)
-def test_along_paths_of_small_steps_both_laws_are_the_same(feature: str) -> None:
-    rng = np.random.default_rng([3, (*FEATURES, *EXPONENTIAL).index(feature)])
-    count = 200
-    joints = random_joints(rng, count, feature)
-    corners = [np.zeros((2, count)), *(np.stack(random_place(rng, count)) for _ in range(4))]
-    coarse = difference_along_paths(joints, corners, 100)
-    fine = difference_along_paths(joints, corners, 800)
-    assert np.quantile(fine, 0.9) < 1e-3
-    assert fine.max() < 2e-2
-    assert fine.sum() < 0.3 * coarse.sum() + 1e-7
 
 
 def slopes_by_difference(stresses, e, shear, step):

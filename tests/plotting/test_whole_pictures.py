@@ -18,7 +18,7 @@ from damagepred.plotting.analyses import draw_scales
 from damagepred.plotting.pictures import half_way, stress_sheet, stress_sheets
 from damagepred.plotting.sheet import figure_of
 from tests.plotting.inventory import inventory
-from tests.plotting.test_draw_scene import TREE, WALL, WINDOW
+from tests.plotting.test_draw_wall import TREE, WALL, WINDOW
 from tests.recorded import check
 
 LISTS = Path(__file__).parent / "pictures"

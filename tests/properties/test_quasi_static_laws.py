@@ -44,9 +44,7 @@ def random_wall(law: str, seed: int, length: float = 1.2) -> tuple[Scene, Model]
         opening=opening,
         dpc=Dpc(course=1, friction=float(rng.uniform(0.3, 0.6))) if rng.random() < 0.5 else None,
         movement=Movement(
-            kind=str(rng.choice(["dishing", "doming"])),
-            central_deflection=float(rng.uniform(1e-3, 5e-3)),
-            increments=5,
+            kind=str(rng.choice(["dishing", "doming"])), central_deflection=float(rng.uniform(1e-3, 5e-3)), increments=5
         ),
         loads=Loads(roof=float(rng.choice([0.0, 2000.0, 6000.0]))),
         solver=SETTINGS,

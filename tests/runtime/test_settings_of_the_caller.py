@@ -101,9 +101,7 @@ def test_pictures_need_no_backend(backend: str) -> None:
     assert found.stdout.split() == [backend, "None" if backend == "nonsense" else backend, "False"], found.stderr
 
 
-def test_a_constant_of_the_solvers_changes_the_recorded_hash_and_compiles_nothing_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_constant_of_the_solvers_changes_the_recorded_hash_and_compiles_nothing_again(tmp_path, monkeypatch) -> None:
     for folder in ("kernels", "solvers"):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "newton.py").write_text("MINIMUM_STEP = 0.1\n", encoding="utf-8")

@@ -41,9 +41,7 @@ def test_condensed_and_full_systems_are_the_same(name: str, dpc: bool, deflectio
 
 
 @pytest.mark.parametrize(("changed", "reused"), [("tensile_strength", True), ("shear_stiffness", False)])
-def test_walls_that_differ_in_strength_share_elastic_factors(
-    changed: str, reused: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_walls_that_differ_in_strength_share_elastic_factors(changed, reused, monkeypatch) -> None:
     """Joint strengths do not enter the elastic stiffness; paths are the same, to the last digit, without sharing."""
     scene = replace(Scene.from_toml(DATA / "bryant_dishing.toml"), solver=Solver(symmetric_half=False))
     first = wall_model(scene)

@@ -66,9 +66,7 @@ def with_one_weak_bond(share: float, density: float = 2000.0) -> tuple[Model, in
 
 @pytest.mark.parametrize("increments", [1, 3, 10])
 @pytest.mark.parametrize("condense", [True, False])
-def test_a_bond_breaks_at_the_movement_that_reaches_its_strength(
-    monkeypatch: pytest.MonkeyPatch, increments: int, condense: bool
-) -> None:
+def test_a_bond_breaks_at_the_movement_that_reaches_its_strength(monkeypatch, increments, condense) -> None:
     model, interface = with_one_weak_bond(0.62)
     seen: list[tuple[float, np.ndarray]] = []
     original = Continuation.fail_bonds

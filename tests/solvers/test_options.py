@@ -14,12 +14,7 @@ import damagepred
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.scene import Scene, Solver
-from damagepred.solvers.options import (
-    DEFAULTS,
-    SolverOptions,
-    option_classes,
-    with_recorded_options,
-)
+from damagepred.solvers.options import DEFAULTS, SolverOptions, option_classes, with_recorded_options
 from tests.solvers.walls import small_scene
 
 
@@ -50,9 +45,7 @@ def test_options_are_set_by_the_scene_file_and_written_back(tmp_path: Path) -> N
         ({"coulomb": {"relaxation_factors": [1, -np.inf]}}, "[solver.advanced.coulomb] relaxation_factors, item 2 .*"),
     ],
 )
-def test_a_wrong_option_is_refused_in_one_sentence_before_anything_is_solved(
-    tables: dict[str, Any], said: str, tmp_path: Path
-) -> None:
+def test_a_wrong_option_is_refused_in_one_sentence_before_anything_is_solved(tables, said, tmp_path) -> None:
     pattern = ".*".join(re.escape(part) for part in said.split(".*"))
     scene = replace(small_scene(), solver=advanced(**tables))
     with pytest.raises(InputError, match=pattern) as complaint:

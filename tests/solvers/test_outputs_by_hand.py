@@ -73,9 +73,7 @@ HALF = 1.15e-4
         (SOFT, False, 0.0, -1e6, 1e6, 0.0),
     ],
 )
-def test_excess_of_stresses_over_the_law(
-    joint: Joint, cracked: bool, kappa: float, sigma: float, tau: float, beyond: float
-) -> None:
+def test_excess_of_stresses_over_the_law(joint, cracked, kappa, sigma, tau, beyond) -> None:
     """At one contact of three; the others carry no stress."""
     model = pair(joint)
     history = JointHistory.fresh(model)

@@ -58,9 +58,7 @@ GRAVITY = 9.81
         (0.8, 0.0, 100.0, 0.0, 4.0, 0.3 * 0.8 * 0.25),
     ],
 )
-def test_length_of_the_next_step(
-    error: float, section: float, largest: float, residual: float, damage: float, length: float
-) -> None:
+def test_length_of_the_next_step(error, section, largest, residual, damage, length) -> None:
     """The error is of second order, so the length is proportional to its root; 0.2 J is a fifth of 1 % of 100 J."""
     before = SimpleNamespace(energy_error=0.5, section_error=0.25)
     after = SimpleNamespace(

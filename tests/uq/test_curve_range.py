@@ -116,9 +116,7 @@ def fitted(ds: xr.Dataset) -> list[xr.Dataset]:
         ((0,), (), 3, (40, 20, 0)),  # it failed after it had reached the category
     ],
 )
-def test_each_wall_is_counted_once(
-    weighted: bool, failing: tuple[int, ...], missing: tuple[int, ...], at_start: int, expected: tuple[int, ...]
-) -> None:
+def test_each_wall_is_counted_once(weighted, failing, missing, at_start, expected) -> None:
     """Capacities of 1 to 60 mm, movement to 40 mm: 40 walls reach category 1."""
     ds = study(np.column_stack((np.arange(1.0, WALLS + 1), 50 + np.arange(WALLS))), end=40.0, increments=40)
     ds["joint.friction"] = "sample", np.random.default_rng(1).uniform(0.5, 1.0, WALLS)

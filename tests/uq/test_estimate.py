@@ -9,7 +9,7 @@ from scipy import special, stats
 from damagepred.errors import InputError
 from damagepred.scene import Scene
 from damagepred.uq.design import Design, Sampler
-from damagepred.uq.estimate import Estimate, probability, wilson
+from damagepred.uq.estimate import Estimate, probability
 from damagepred.uq.importance import Proposal
 from damagepred.uq.samplers import read_table
 from damagepred.uq.variable import Variable
@@ -55,14 +55,6 @@ def test_the_error_of_replicates_is_that_of_the_mean_of_their_means() -> None:
     error = np.sqrt(0.08 / 3) / 2
     found = probability(hit, replicate=label)
     assert (found.value, found.error) == (pytest.approx(0.4), pytest.approx(error))
-
-
-def test_no_events_still_have_an_interval() -> None:
-    for hit in (np.zeros(50), np.ones(50)):
-        e = probability(hit)
-        assert (e.lower, e.upper) == pytest.approx(wilson(hit[0], 50, 1.6449), abs=1e-4)
-        assert probability(hit, replicate=np.arange(50) % 8).half_width == pytest.approx(e.half_width)
-    assert probability(np.zeros(0)).upper == 1.0
 
 
 PLACES = Scene.from_dict({}).number_places()

@@ -42,25 +42,23 @@ def test_scores_by_hand() -> None:
     np.testing.assert_allclose(double, [0.25, 0.75, 0.75])
 
 
-def sampled(seed: int, walls: int) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    random = np.random.default_rng(seed)
-    x = random.standard_normal((3, walls))
-    x[1] = 0.6 * x[0] + 0.8 * x[1]
-    return dict(zip("abc", x)), x[0] + 0.5 * x[1] ** 3 + 0.4 * random.standard_normal(walls)
-
-
 def test_rank_correlation_is_scipy_s_and_partial_that_of_residuals() -> None:
-    inputs, y = sampled(2, 300)
-    y = np.round(y, 1)
-    found = sensitivity_indices(inputs, y, resamples=0)
-    for name, x in inputs.items():
-        assert float(found["spearman"].sel(variable=name)) == pytest.approx(stats.spearmanr(x, y).statistic, abs=1e-12)
-    table = np.array([stats.rankdata(v) for v in (*inputs.values(), y)])
-    for k, name in enumerate("abc"):
-        others = np.column_stack((np.ones(300), np.delete(table[:3], k, axis=0).T))
+    """Weights count as repetitions, and a constant input is left out."""
+    random = np.random.default_rng(2)
+    x = random.standard_normal((3, 150))
+    x[1] = 0.6 * x[0] + 0.8 * x[1]
+    y = np.round(x[0] + 0.5 * x[1] ** 3 + 0.4 * random.standard_normal(150), 1)
+    count = random.integers(1, 4, 150)
+    found = sensitivity_indices(dict(zip("abcd", (*x, np.ones(150)))), y, weight=count * 0.5, resamples=0)
+    assert found["variable"].values.tolist() == ["a", "b", "c"]
+    assert (found.attrs["walls"], found.attrs["confidence"]) == (150, 0.9)
+    assert np.isnan(found["spearman_lower"]).all()
+    table = np.array([stats.rankdata(np.repeat(v, count)) for v in (*x, y)])
+    np.testing.assert_allclose(found["spearman"], np.corrcoef(table)[:3, 3])
+    for k in range(3):
+        others = np.column_stack((np.ones(count.sum()), np.delete(table[:3], k, axis=0).T))
         rest = [row - others @ np.linalg.lstsq(others, row)[0] for row in (table[k], table[3])]
-        expected = np.corrcoef(*rest)[0, 1]
-        assert float(found["partial"].sel(variable=name)) == pytest.approx(expected, abs=1e-10)
+        assert float(found["partial"][k]) == pytest.approx(np.corrcoef(*rest)[0, 1], abs=1e-10)
 
 
 def test_first_order_shares_of_ishigami() -> None:

@@ -1,13 +1,17 @@
-"""Points in the unit cube: sample i depends on (seed, i) alone, and Sobol points are stratified."""
+"""Points in the unit cube by (seed, i) alone, and weights of walls: reweighting and importance sampling."""
 
 import numpy as np
 import pytest
+from scipy import special
 from scipy.stats import qmc
 
 from damagepred.errors import InputError
-from damagepred.uq.design import Design
+from damagepred.uq.design import Design, Sampler, density_ratio
+from damagepred.uq.estimate import probability
+from damagepred.uq.importance import Proposal, cross_entropy_shift
 from damagepred.uq.samplers import unit_points
 from damagepred.uq.variable import JointField, Variable
+from tests.cli.conftest import Run, command  # noqa: F401
 
 
 @pytest.mark.parametrize("sampler", ["sobol", "random"])
@@ -76,3 +80,86 @@ def test_joints_of_a_sample_depend_on_seed_and_number_alone():
     np.testing.assert_array_equal(design("random").joint_values(5, SEQUENCE)["joint.cohesion"], first)
     for other in (design().joint_values(6, SEQUENCE), design(seed=8).joint_values(5, SEQUENCE)):
         assert not (other["joint.cohesion"] == first).any()
+
+
+UNITS_OF_REWEIGHT = {"joint.friction": "1", "dpc.friction": "1"}
+
+
+def design_of_reweight(cov: float, correlation: float, lower: float = 0.3) -> Design:
+    variables = {
+        "joint.friction": Variable(distribution="lognormal", mean=0.75, cov=cov),
+        "dpc.friction": Variable(distribution="truncated_normal", mean=0.5, cov=0.2, lower=lower, upper=0.7),
+    }
+    return Design.make(variables, UNITS_OF_REWEIGHT, {frozenset(UNITS_OF_REWEIGHT): correlation}, "sobol", 3)
+
+
+def test_weighted_walls_have_the_other_distribution() -> None:
+    stated, other = design_of_reweight(0.2, 0.2), design_of_reweight(0.15, 0.5)
+    values = stated.wall_values(8192)
+    weight = density_ratio(stated, other, values)
+    assert weight.mean() == pytest.approx(1.0, abs=0.01)
+    direct = other.wall_values(8192)
+    for power in (1, 2):
+        for place in UNITS_OF_REWEIGHT:
+            again = np.mean(weight * values[place] ** power)
+            assert again == pytest.approx(np.mean(direct[place] ** power), rel=0.01)
+    product = np.mean(weight * values["joint.friction"] * values["dpc.friction"])
+    assert product == pytest.approx(np.mean(direct["joint.friction"] * direct["dpc.friction"]), rel=0.01)
+
+
+def test_the_same_distribution_changes_nothing_and_what_cannot_be_counts_nothing() -> None:
+    stated = design_of_reweight(0.2, 0.3)
+    values = stated.wall_values(256)
+    np.testing.assert_allclose(density_ratio(stated, stated, values), 1.0)
+    narrower = density_ratio(stated, design_of_reweight(0.2, 0.3, lower=0.4), values)
+    assert (narrower[values["dpc.friction"] < 0.4] == 0).all()
+    assert (narrower[values["dpc.friction"] > 0.4] > 0).all()
+
+
+def test_a_distribution_without_density_is_refused() -> None:
+    discrete = Design.make(
+        {"dpc.friction": Variable(distribution="discrete", values=(0.4, 0.6))}, UNITS_OF_REWEIGHT, {}, "random", 1
+    )
+    with pytest.raises(InputError, match="study of its own"):
+        density_ratio(discrete, discrete, discrete.wall_values(4))
+
+
+NORMALS = {place: Variable(distribution="normal", mean=0.0, std=1.0) for place in ("a", "b")}
+
+
+def scatter_of(correlation: float) -> float:
+    """Coefficient of variation of one wall's part in P(a > 3), a shifted and b correlated with it."""
+    design_of_reweight = Design.make(
+        NORMALS,
+        dict.fromkeys(NORMALS, "1"),
+        {frozenset("ab"): correlation},
+        Sampler("random", 1, {"a": Proposal(shift=3.0)}),
+        1,
+    )
+    part = (design_of_reweight.wall_values(4000)["a"] > 3.0) * design_of_reweight.weights(4000)
+    assert probability(part > 0, weight=design_of_reweight.weights(4000)).value == pytest.approx(
+        special.ndtr(-3.0), rel=0.15
+    )
+    return float(part.std() / part.mean())
+
+
+@pytest.mark.quick_cases
+@pytest.mark.parametrize("correlation", [0.6, -0.6, 0.9])
+def test_a_shift_includes_the_correlation(correlation: float) -> None:
+    """A shift against it increases the standard error five times."""
+    assert scatter_of(correlation) == pytest.approx(scatter_of(0.0), rel=0.1)
+
+
+def test_the_proposed_shift_is_the_mean_beyond_the_limit() -> None:
+    """Of a > 2: phi(2) / Phi(-2) in a, its correlation times that in b; weighted walls say the same."""
+    exact = np.exp(-2.0) / np.sqrt(2 * np.pi) / special.ndtr(-2.0)
+    for shift in (0.0, 1.5):
+        proposals = {"a": Proposal(shift=shift)} if shift else {}
+        design_of_reweight = Design.make(
+            NORMALS, dict.fromkeys(NORMALS, "1"), {frozenset("ab"): 0.6}, Sampler("random", 1, proposals), 3
+        )
+        drawn = design_of_reweight.draw(8000)
+        hit = drawn.normal[:, 0] > 2
+        found = cross_entropy_shift(drawn.normal[hit], drawn.weight[hit])
+        assert (abs(found.mean - exact * np.array([1.0, 0.6])) < 4 * found.error).all()
+        assert found.error.max() < 0.15

@@ -44,7 +44,6 @@ from damagepred.uq.selection import (
     select_cheapest,
     select_least_expected,
 )
-from damagepred.uq.sensitivity import sensitivity_indices
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 from damagepred.uq.subset import Level, SubsetEstimate, _mean_of_runs, _variation, subset_simulation
 from damagepred.uq.survey_likelihood import censored, vague_log_likelihood
@@ -117,6 +116,9 @@ def test_probabilities_where_all_samples_agree_or_are_one() -> None:
         e = probability(np.full(20, hit), share=0.5)
         assert (e.value, e.error, e.samples) == (hit, 0.0, 20)
         assert (e.lower, e.upper) == pytest.approx(wilson(hit, 10.0, special.ndtri(0.95)))
+        assert probability(np.full(50, hit), replicate=np.arange(50) % 8).half_width == pytest.approx(
+            probability(np.full(50, hit)).half_width
+        )
     alone = probability(np.ones(1))
     assert (alone.value, alone.upper) == (1.0, 1.0)
     assert alone.lower == pytest.approx(1 / (1 + special.ndtri(0.95) ** 2))
@@ -327,24 +329,6 @@ def test_the_least_expected_cost_by_pairs_of_samples() -> None:
     enough = select_least_expected(np.zeros(2), lambda k, n: loss[:n], 100.0, options, tolerance=1.01 * -bound)
     assert enough.sure
     assert enough.meets.tolist() == [True, False]
-
-
-def test_partial_rank_correlation_leaves_out_the_other_input() -> None:
-    """Of three ranks: (r_xy - r_xz r_yz) / sqrt((1 - r_xz^2) (1 - r_yz^2)); weights count as repetitions."""
-    random = np.random.default_rng(7)
-    x = random.standard_normal(60)
-    z = 0.6 * x + random.standard_normal(60)
-    y = x - 0.5 * z + 0.5 * random.standard_normal(60)
-    count = random.integers(1, 4, 60)
-    found = sensitivity_indices({"x": x, "same": np.ones(60), "z": z}, y, weight=count * 0.5, resamples=0)
-    assert found["variable"].values.tolist() == ["x", "z"]
-    many = [np.repeat(v, count) for v in (x, z, y)]
-    xy, zy, xz = (stats.spearmanr(many[i], many[j]).statistic for i, j in ((0, 2), (1, 2), (0, 1)))
-    np.testing.assert_allclose(found["spearman"], [xy, zy])
-    partial = [(a - b * xz) / math.sqrt((1 - xz**2) * (1 - b**2)) for a, b in ((xy, zy), (zy, xy))]
-    np.testing.assert_allclose(found["partial"], partial)
-    assert np.isnan(found["spearman_lower"]).all()
-    assert (found.attrs["walls"], found.attrs["confidence"]) == (60, 0.9)
 
 
 def test_limits_of_cracks_and_which_contain_which() -> None:

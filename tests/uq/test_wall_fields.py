@@ -75,9 +75,7 @@ UNIT, COURSE = 0.24, 0.075
     ],
 )
 @pytest.mark.parametrize("kind", [ContactKind.BED_JOINT, ContactKind.HEAD_JOINT])
-def test_the_correlation_is_as_stated_at_that_distance(
-    field: dict, dx: float, dy: float, wanted: float, kind: ContactKind
-):
+def test_the_correlation_is_as_stated_at_that_distance(field, dx, dy, wanted, kind) -> None:
     values = drawn({TENSION: variable(JointField(**field))}, samples=300)[TENSION]
     i, j = pairs(kind, dx, dy)
     got, error = found(values, i, j)
@@ -93,9 +91,7 @@ LENGTHS = [
 
 
 @pytest.mark.parametrize(("first", "second", "wanted"), LENGTHS)
-def test_two_fields_are_correlated_in_one_joint_and_each_keeps_its_own(
-    first: JointField, second: JointField, wanted: float
-):
+def test_two_fields_are_correlated_in_one_joint_and_each_keeps_its_own(first, second, wanted) -> None:
     values = drawn({TENSION: variable(first), COHESION: variable(second, "normal", 0.2)}, wanted, 300)
     x, y = ((v - v.mean()) / v.std() for v in values.values())
     each = (x * y).mean(axis=1)

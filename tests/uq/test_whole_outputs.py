@@ -1,5 +1,7 @@
 """Whole outputs of small studies against independent values: every column, count, unit and word of it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -11,6 +13,7 @@ from damagepred.uq.capacity import read_capacities
 from damagepred.uq.comparison import compare
 from damagepred.uq.fragility import fit_fragility, fit_lognormal, fit_surface, stripes, stripes_from_counts
 from damagepred.uq.fragility.goodness import _grouped_by_increments
+from tests.recorded import check_parts
 from tests.uq.test_fragility import COMPLETE, FAILED, MISSING, fail, scipy_fit, study
 from tests.uq.test_fragility_single import study as single_study
 
@@ -78,35 +81,11 @@ def test_every_column_of_curves() -> None:
 
 def test_names_units_and_attributes_of_curves() -> None:
     curves = fit_fragility(small(), categories=[1, 2], bootstrap=0, points=13)
-    share = "share of walls in the category or worse"
-    median, probability = "median capacity, ", "probability of the category or worse"
-    words = (
-        {"reached": "walls: reached", "not_reached": "walls: not reached", "failed": "walls: failed"}
-        | {"empirical": f"{share} (nonparametric maximum likelihood)", "probability": probability}
-        | {"probability_lower": f"{probability}, lower"}
-        | {"probability_failed_damaged": f"{probability}, failed, damaged", "median": f"{median}best estimate"}
-        | {"median_upper": f"{median}upper", "median_lower_bound": f"{median}lower bound"}
-        | {"median_failed_undamaged": f"{median}failed undamaged"}
-        | {"dispersion_lower": "standard deviation of the capacity's logarithm"}
-        | {"share_at_start_upper": f"{share} before any movement"}
-        | {"distance": "largest distance of the curve from the empirical one (Kolmogorov)"}
-        | {"fit_note": "what to know of the curve"}
-        | {"resamples_fitted": "share of the resamples of walls that could be fitted"}
-    )
-    assert {name: curves[name].attrs["long_name"] for name in words} == words
-    in_mm = {str(name) for name, v in curves.data_vars.items() if v.attrs.get("units") == "mm"}
-    assert in_mm == {str(name) for name in curves.data_vars if str(name).startswith("median")}
-    assert curves["category_name"].values.tolist() == ["very_slight", "slight"]
-    attrs = dict(curves.attrs)
-    np.testing.assert_array_equal(attrs.pop("movements"), np.arange(13.0))
-    assert attrs.pop("fragility_options").startswith("fewest_reached = 3, ")
-    assert {name for name in attrs if name.startswith("aic")} == {"aic_separate", "aic_common", "aic_walls"}
-    assert attrs.pop("aic_walls") == 12
-    assert {k: v for k, v in attrs.items() if not k.startswith("aic")} == (
-        {"Conventions": "CF-1.11", "title": "fragility of made up", "model": "separate", "confidence": 0.9}
-        | {"bootstrap_samples": 0, "bootstrap_seed": 0, "intensity_measure": "central_deflection", "samples": 12}
-        | {"samples_failed": 1, "curves_cross": 0, "seed": 4, "span": 6.0}
-    )
+    np.testing.assert_array_equal(curves.attrs.pop("movements"), np.arange(13.0))
+    parts = {f"curves.{key}": str(value) for key, value in curves.attrs.items()}
+    for name, values in curves.variables.items():
+        parts |= {f"{name}.{key}": str(values.attrs[key]) for key in ("long_name", "units") if key in values.attrs}
+    check_parts(Path(__file__).with_name("curves.txt"), parts)
 
 
 def test_bands_of_an_empirical_curve_are_wilson_s_for_the_variance_of_resamples() -> None:

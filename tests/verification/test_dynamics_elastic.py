@@ -83,9 +83,7 @@ DAMPED = closed_form(
     source="Textbook.",
 )
 STABLE = closed_form(
-    title="Stable time step of elastic blocks",
-    formula="dt <= 2/ω_max",
-    source="Textbook: central differences.",
+    title="Stable time step of elastic blocks", formula="dt <= 2/ω_max", source="Textbook: central differences."
 )
 
 

@@ -64,9 +64,7 @@ SPIN = closed_form(
     "stress the joint by k_n h (1 - cos θ), up to 12 GPa, at any speed.",
 )
 KEPT = closed_form(
-    title="What a flying pair keeps",
-    formula="momentum, angular momentum, energy",
-    source="Newton's laws.",
+    title="What a flying pair keeps", formula="momentum, angular momentum, energy", source="Newton's laws."
 )
 AUDIT = closed_form(
     title="Energy over 100 000 steps without damping",
@@ -145,9 +143,7 @@ def kept(ds: xr.Dataset, slenderness: float) -> np.ndarray:
         (0.3, 0.5, 1e10, {"contact_damping": 2.0}),
     ],
 )
-def test_a_rocking_block_loses_at_impacts_what_housner_says(
-    verify: Verify, slenderness: float, radius: float, stiffness: float, settings: dict[str, float]
-) -> None:
+def test_a_rocking_block_loses_at_impacts_what_housner_says(verify, slenderness, radius, stiffness, settings) -> None:
     ds = rocking(slenderness, radius, stiffness, 2, **{"contact_damping": 1.0, **settings})
     exact = 1.0 - 1.5 * np.sin(np.arctan(slenderness)) ** 2
     told = "".join(f", {name} = {value:g}" for name, value in settings.items())
@@ -281,9 +277,7 @@ def test_a_slender_block_on_an_incline_topples(verify: Verify, offset: float, to
 
 @pytest.mark.parametrize(("share", "topples"), [(0.97, False), (1.03, True)])
 @pytest.mark.parametrize(("slender", "stiffness"), [(0.05, 1e11), (0.05, 1e10), (0.1, 1e10), (0.2, 1e9)])
-def test_a_slender_block_tips_by_its_own_rotation(
-    verify: Verify, slender: float, stiffness: float, share: float, topples: bool
-) -> None:
+def test_a_slender_block_tips_by_its_own_rotation(verify, slender, stiffness, share, topples) -> None:
     """The block stands and falls at shares of its limit; all limits are below the b/h of a rigid joint."""
     width = 0.1
     height = width / slender

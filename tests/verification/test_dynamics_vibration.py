@@ -36,9 +36,7 @@ STATIC = closed_form(
     "as those of small.",
 )
 STABLE = closed_form(
-    title="Stable time step in physical time",
-    formula="dt <= 2/ω_max",
-    source="Textbook: central differences.",
+    title="Stable time step in physical time", formula="dt <= 2/ω_max", source="Textbook: central differences."
 )
 
 

@@ -158,9 +158,7 @@ def sagged(strip: Strip, solver: Solver, load: float, pieces: int) -> float:
         (STOCKY, 5e4, 100, 5e-3),
     ],
 )
-def test_the_footing_sags_between_supports(
-    verify: Verify, solver: Solver, strip: Strip, load: float, pieces: int, tolerance: float
-) -> None:
+def test_the_footing_sags_between_supports(verify, solver, strip, load, pieces, tolerance) -> None:
     case = f"{load:.0f} N/m, {pieces} segments: {strip}"
     verify(SAG, case, solver.method, "δ (m)", sagged(strip, solver, load, pieces), sag(strip, load), tolerance)
 
@@ -168,9 +166,7 @@ def test_the_footing_sags_between_supports(
 @pytest.mark.parametrize(
     ("strip", "pieces", "order"), [(SLENDER, (8, 16, 32), 2.0), (STOCKY, (40, 80, 160), 1.0)], ids=["slender", "stocky"]
 )
-def test_shorter_segments_sag_more_like_the_beam(
-    verify: Verify, solver: Solver, strip: Strip, pieces: tuple[int, ...], order: float
-) -> None:
+def test_shorter_segments_sag_more_like_the_beam(verify, solver, strip, pieces, order) -> None:
     load = strip.line_weight
     found = np.array([sagged(strip, solver, load, n) for n in pieces])
     for n, value in zip(pieces, found, strict=True):

@@ -145,9 +145,7 @@ def test_a_slender_footing_on_an_elastic_foundation(verify: Verify, solver: Solv
 
 @pytest.mark.parametrize("place", [0.0, 0.25, 0.5])
 @pytest.mark.parametrize(("strip", "stiffness"), [(PAPER, 2e7), (STOCKY, 5e8)], ids=["paper's", "stocky"])
-def test_a_stocky_footing_on_an_elastic_foundation(
-    verify: Verify, solver: Solver, strip: Strip, stiffness: float, place: float
-) -> None:
+def test_a_stocky_footing_on_an_elastic_foundation(verify, solver, strip, stiffness, place) -> None:
     force, length, k = 2e4, strip.length, stiffness * strip.width
     pieces = 21 if solver.method == "explicit" else 61
     at = (np.floor(place * pieces) + 0.5) / pieces * length if place > 0 else 0.0
@@ -180,9 +178,7 @@ PIPE = Mound(shape="pipe", surface_movement=0.02, reach=1.5)
     ],
     ids=lambda value: str(getattr(value, "name", getattr(value, "shape", value))),
 )
-def test_the_footing_lifts_off(
-    verify: Verify, solver: Solver, strip: Strip, stiffness: float, load: float, kind: str, mound: Mound
-) -> None:
+def test_the_footing_lifts_off(verify, solver, strip, stiffness, load, kind, mound) -> None:
     pieces = 30 if strip is STOCKY and solver.method == "explicit" else 60
     model = strip.on_soil(stiffness, pieces, kind=kind, load=load, mound=mound)
     last = path_of(model, solver, 2)[-1]

@@ -37,9 +37,7 @@ RELEASE = closed_form(
     note="The edge contact of three breaks first. Far off the middle (e > b/6) the other two may still hold the block.",
 )
 INCLINE = closed_form(
-    title="Block that slides on an incline",
-    formula="slides when tan α > tan φ   (and b/h > tan φ)",
-    source="Coulomb.",
+    title="Block that slides on an incline", formula="slides when tan α > tan φ   (and b/h > tan φ)", source="Coulomb."
 )
 TOPPLE = closed_form(
     title="Block that topples on an incline",
@@ -101,9 +99,7 @@ def springs_without_tension(unit: Unit, count: int, share: float) -> list[float]
 @pytest.mark.parametrize(
     ("unit", "strength", "share"), [(BRICK, 0.453e6, 0.0), (BRICK, 0.2e6, 0.2), (BLOCK, 0.1e6, 0.1), (STONE, 1e6, 0.4)]
 )
-def test_a_bond_breaks_at_its_strength(
-    verify: Verify, solver: Solver, unit: Unit, strength: float, share: float, over: float
-) -> None:
+def test_a_bond_breaks_at_its_strength(verify, solver, unit, strength, share, over) -> None:
     force = over * strength * unit.area / (1 + 6 * share)
     joint = unit.joint(tensile_strength=strength, cohesion=2 * strength)
     assembly, block = on_plate(unit, joint, (0.0, 0.0))
@@ -120,9 +116,7 @@ def test_a_bond_breaks_at_its_strength(
 @pytest.mark.quick_cases("solver", "offset")
 @pytest.mark.parametrize("offset", [-0.01, 0.01])
 @pytest.mark.parametrize(("unit", "friction"), [(BLOCK, 0.3), (STONE, 0.75), (STONE, 1.2), (BRICK, 0.5), (BRICK, 1.0)])
-def test_a_block_slides_beyond_the_friction_angle(
-    verify: Verify, solver: Solver, unit: Unit, friction: float, offset: float
-) -> None:
+def test_a_block_slides_beyond_the_friction_angle(verify, solver, unit, friction, offset) -> None:
     slope = friction * (1 + offset)
     angle = np.arctan(slope)
     assembly, block = on_plate(unit, unit.joint(friction=friction), (G * np.sin(angle), -G * np.cos(angle)))
@@ -164,9 +158,7 @@ def test_a_slender_block_topples(verify: Verify, solver: Solver, b: float, h: fl
         (STONE, 2e6, 1e6, 0.65, 0.0),
     ],
 )
-def test_a_shear_box_yields_where_coulomb_says(
-    verify: Verify, solver: Solver, unit: Unit, pressure: float, cohesion: float, friction: float, dilation: float
-) -> None:
+def test_a_shear_box_yields_where_coulomb_says(verify, solver, unit, pressure, cohesion, friction, dilation) -> None:
     steps = 12
     joint = unit.joint(cohesion=cohesion, friction=friction, dilation=dilation)
     assembly = Assembly(thickness=unit.t, gravity=(0.0, 0.0), joint=joint)

@@ -151,9 +151,7 @@ def converge(
     ("length", "height", "material", "plane"),
     [(2.0, 1.0, CONCRETE, "strain"), pytest.param(0.6, 0.2, RUBBER, "stress", marks=pytest.mark.slow)],
 )
-def test_a_cantilever_bends(
-    verify: Verify, solver: Solver, length: float, height: float, material: BlockMaterial, plane: str
-) -> None:
+def test_a_cantilever_bends(verify, solver, length, height, material, plane) -> None:
     c, load = height / 2, 1e-5 * material.elastic_modulus * height
     beam = cantilever(material, plane, length, c, load)
 
@@ -212,9 +210,7 @@ def test_a_deep_beam_bends(verify: Verify, solver: Solver, height: float, materi
         (1.2, 0.1, BRICKWORK, -1.0),
     ],
 )
-def test_a_brick_of_default_zones_bends(
-    verify: Verify, solver: Solver, length: float, height: float, material: BlockMaterial, angle: float, plane: str
-) -> None:
+def test_a_brick_of_default_zones_bends(verify, solver, length, height, material, angle, plane) -> None:
     """In pure bending, whichever way the brick lies, at the default size of zones of each solver."""
     bend, half = 1e-6 / height, length / 2
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])

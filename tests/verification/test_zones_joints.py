@@ -43,16 +43,7 @@ WINKLER = closed_form(
     [(2, BRICKWORK, Joint(normal_stiffness=82e9), -1e6, 0.03), (4, CONCRETE, Joint(normal_stiffness=5e9), 2e5, 0.05)],
 )
 @pytest.mark.parametrize("blocks", ["rigid", "deformable"])
-def test_a_stack_is_springs_in_series(
-    verify: Verify,
-    solver: Solver,
-    blocks: str,
-    count: int,
-    material: BlockMaterial,
-    joint: Joint,
-    stress: float,
-    size: float,
-) -> None:
+def test_a_stack_is_springs_in_series(verify, solver, blocks, count, material, joint, stress, size) -> None:
     length, height, thickness = 0.24, 0.075, 0.11
     # its shear stiffness only keeps the bricks from drifting sideways
     law = replace(joint, tensile_strength=1e9, cohesion=0.0, friction=0.0, shear_stiffness=1e6)
@@ -125,9 +116,7 @@ def beam_on_bed(
     ("material", "height", "softness", "size"),
     [(BRICKWORK, 0.1, 2e-2, 0.025), pytest.param(BRICKWORK, 0.1, 2e-3, 0.025, marks=pytest.mark.slow)],
 )
-def test_a_brick_on_a_joint_is_a_beam_on_a_bed(
-    verify: Verify, solver: Solver, material: BlockMaterial, height: float, softness: float, size: float
-) -> None:
+def test_a_brick_on_a_joint_is_a_beam_on_a_bed(verify, solver, material, height, softness, size) -> None:
     thickness, load = 0.1, 1e4
     k_n = softness * material.elastic_modulus / height
     bending = material.elastic_modulus * thickness * height**3 / 12

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from damagepred import Assembly, BlockMaterial, Joint, Solver
+from damagepred import Assembly, Joint
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly.mesh import cut_into_zones
 from damagepred.assembly.points import Where
-from tests.verification.manual import Verify, chapter
+from tests.verification.manual import chapter
 from tests.verification.zoned_blocks import (
     BRICKWORK,
     CONCRETE,
@@ -63,9 +63,7 @@ GRADIENT = np.array([[3e-4, 1e-4], [-2.5e-4, -1.2e-4]])
         ("sliver", 0.2, CONCRETE),
     ],
 )
-def test_constant_strain_in_a_block_of_any_shape(
-    verify: Verify, solver: Solver, shape: str, size: float, material: BlockMaterial, plane: str
-) -> None:
+def test_constant_strain_in_a_block_of_any_shape(verify, solver, shape, size, material, plane) -> None:
     corners = np.array(SHAPES[shape])
     pattern, points = cut_into_zones(corners - corners.mean(axis=0), size)
     outline = points[pattern.facets[:, 0]] + corners.mean(axis=0)
@@ -136,14 +134,7 @@ def at_point(point: FloatArray) -> Where:
         pytest.param(SKEWED, RUBBER, (3e3, 2e3, -1e3), marks=pytest.mark.slow),
     ],
 )
-def test_constant_stress_across_joints(
-    verify: Verify,
-    solver: Solver,
-    lines: tuple[Line, ...],
-    material: BlockMaterial,
-    stress: tuple[float, ...],
-    plane: str,
-) -> None:
+def test_constant_stress_across_joints(verify, solver, lines, material, stress, plane) -> None:
     joint = Joint(
         normal_stiffness=82e9 * material.elastic_modulus / 9e9,
         shear_stiffness=36e9 * material.elastic_modulus / 9e9,

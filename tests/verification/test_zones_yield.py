@@ -120,9 +120,7 @@ def between_plates(material: BlockMaterial, lateral: float, movement: float, siz
         pytest.param("soft brick pulled, p = -0.3 MPa", SOFT_BRICK, -0.3e6, True, marks=pytest.mark.slow),
     ],
 )
-def test_a_block_reaches_the_yield_surface_and_stays(
-    verify: Verify, solver: Solver, name: str, material: BlockMaterial, lateral: float, pull: bool, plane: str
-) -> None:
+def test_a_block_reaches_the_yield_surface_and_stays(verify, solver, name, material, lateral, pull, plane) -> None:
     limit = strength(material, plane, lateral, pull)
     modulus, ratio = moduli(material, plane)
     at_yield = (limit - ratio * lateral) / modulus * HEIGHT
