@@ -80,7 +80,7 @@ def test_readmes_show_the_committed_tables(name: str) -> None:
 
 @pytest.fixture(scope="module")
 def back_analysis() -> dict[str, ModuleType]:
-    return modules("back_analysis", "synthetic", "run", "judging")
+    return modules("back_analysis", "run", "synthetic", "judging")
 
 
 def test_the_promised_area_is_that_of_right_probabilities(back_analysis: dict[str, ModuleType]) -> None:
@@ -100,7 +100,7 @@ def test_the_promised_area_is_that_of_right_probabilities(back_analysis: dict[st
 
 @pytest.mark.thorough
 def test_a_small_run_infers_the_causes(back_analysis: dict[str, ModuleType], tmp_path: Path) -> None:
-    synthetic, run, _ = back_analysis.values()
+    run, synthetic, _ = back_analysis.values()
     study = tmp_path / "study.toml"
     text = (STUDIES / "back_analysis" / "study.toml").read_text(encoding="utf-8")
     study.write_text(
