@@ -231,7 +231,13 @@ class House(Scene):
         return Mound(shape="table", surface_movement=size, table=tuple(zip(share.tolist(), fraction.tolist())))
 
     def surface(self, points: FloatArray, factor: float = 1.0) -> FloatArray:
-        """Upward displacement (m) of the free ground at points in plan (..., 2) (m), at a load factor."""
+        """Upward displacement (m) of the ground before the footings press it.
+
+        Parameters
+        ----------
+        points, factor
+            Points in plan (..., 2) (m); load factor, below 0 on the side opposite to ``movement.kind``.
+        """
         return self._moved(rise, points, factor)
 
     def _drift(self, points: FloatArray, factor: float = 1.0) -> FloatArray:
