@@ -352,7 +352,7 @@ def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
         (left, low), (right, top) = faces.min(axis=(0, 1)), faces.max(axis=(0, 1))
         ax.axis((left, right, low, top))
     for name, face in zip(scene.names, faces) if isinstance(scene, House) else ():
-        ax.annotate(name, face[3], (0, 3), textcoords="offset points", fontsize=size)
+        ax.annotate(name, face[0], (0, -3), va="top", textcoords="offset points", fontsize=size)
     middle = np.mean(ax.get_ylim())
     style: dict[str, Any] = {"ha": "center", "va": "center", "bbox": _LABEL, "fontsize": size, "zorder": 6}
     names = ("observed_x", "observed_y", "observed_width", "observed_limit")

@@ -115,7 +115,7 @@ def test_the_crack_map_of_a_house_names_its_walls_and_marks_their_cracks(folder)
     texts = {text.get_text(): text for text in ax.texts}
     assert {"front", "side", "1 mm"} == set(texts)
     assert texts["1 mm"].xy == pytest.approx((left + 0.4, level + 0.15))
-    assert texts["side"].xy == pytest.approx((left, level + 0.3))
+    assert texts["side"].xy == pytest.approx((left, level))
     bricks = next(shapes for shapes in ax.collections if shapes.get_label() == "bricks")
     assert len(bricks.get_paths()) == sum(len(lay_bricks(scene)) for scene in house.scenes)
 
