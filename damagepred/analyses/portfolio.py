@@ -92,7 +92,7 @@ def assess_portfolio(
     out : path
         Folder for the studies of the houses.
     samples : int, optional
-        Walls per house; by default the study's own number.
+        Samples per house; by default the study's own number.
     at : str
         Movement of houses without their own: "25 mm", "H1", a distribution, or "site", the end of the movement.
     confidence : float

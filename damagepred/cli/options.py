@@ -87,16 +87,16 @@ Category = Annotated[Any, category_option('Of damage, or worse: 2, or "slight".'
 AtMovement = Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')]
 _AT = 'Movement ("8 mm"), site class ("H1"), distribution; "site": the end of each wall\'s own.'
 MovementOrClass = Annotated[str, typer.Option("--at", help=_AT)]
-Samples = Annotated[int | None, typer.Option("-n", "--samples", min=1, help="Walls in all.")]
+Samples = Annotated[int | None, typer.Option("-n", "--samples", min=1, help="Samples in all.")]
 Workers = Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")]
 Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")]
-Yes = Annotated[bool, typer.Option("--yes", help="Solve walls whatever memory and time they are estimated to take.")]
+Yes = Annotated[bool, typer.Option("--yes", help="Solve samples whatever memory and time they are estimated to take.")]
 Timeout = Annotated[float | None, typer.Option(help="Seconds a wall may take, by default 3600; inf lifts the limit.")]
-_MIX = "Go on although another version has solved walls; status will say so."
+_MIX = "Go on although another version has solved samples; status will say so."
 MixVersions = Annotated[bool, typer.Option("--mix-versions", help=_MIX)]
 Confidence = Annotated[float, typer.Option(help="Of intervals and bands.", min=0.01, max=0.999)]
 Categories = Annotated[str | None, typer.Option(help="Categories, such as 1,2 or slight,moderate; by default all.")]
-_BEYOND = "Export curves whose median lies beyond the movement of the walls."
+_BEYOND = "Export curves whose median lies beyond the movement of the samples."
 Extrapolated = Annotated[bool, typer.Option("--extrapolated", help=_BEYOND)]
 CsvFile = Annotated[Path | None, writes("--csv", "CSV file to write.", ".csv")]
 _WIDTH = "Width that makes the category: widest joint or crack band."
@@ -154,7 +154,7 @@ DOING = {
     "solve": "reading the file",
     "study": "reading the study",
     "status": "reading the study",
-    "verify": "checking files, and solving walls again where asked",
+    "verify": "checking files, and solving samples again where asked",
     "repair": "checking and repairing files",
     "rare": "solving the levels",
     "estimate": "reading the study and estimating",
@@ -164,7 +164,7 @@ DOING = {
     "portfolio": "reading the houses, pricing the run with three of them, and drawing",
     "fragility": "fitting curves, their bands and their goodness",
     "export": "reading, fitting and writing",
-    "sensitivity": "reading the walls and resampling them",
+    "sensitivity": "reading the samples and resampling them",
     "replay": "reading the study",
     "plot": "drawing",
     "cracks": "tracing cracks",

@@ -140,7 +140,7 @@ def fragility(
     ] = "separate",
     confidence: opt.Confidence = 0.9,
     bootstrap: Annotated[int, Option(help="Resamples for the band.", min=0)] = 1000,
-    goodness: Annotated[int, Option(help="Times walls are made up to judge the fit.", min=0)] = 100,
+    goodness: Annotated[int, Option(help="Times samples are made up to judge the fit.", min=0)] = 100,
     export: Annotated[
         Literal["pelicun", "openquake", "openquake-discrete"] | None,
         Option(help="Write for another program, beside -o or the study folder."),

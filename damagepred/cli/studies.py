@@ -19,12 +19,12 @@ from damagepred.formatting import counted
 @opt.command("study", "quiet")
 def study(
     file: opt.StudyFile,
-    samples: Annotated[int | None, Option("-n", "--samples", min=1, help="Walls in all.")] = None,
+    samples: Annotated[int | None, Option("-n", "--samples", min=1, help="Samples in all.")] = None,
     workers: opt.Workers = 1,
     output: Annotated[Path | None, opt.writes("-o --output", "Study folder (*.dp).")] = None,
     seed: opt.Seed = None,
     timeout: opt.Timeout = None,
-    retry_failed: Annotated[bool, Option("--retry-failed", help="Run failed walls again.")] = False,
+    retry_failed: Annotated[bool, Option("--retry-failed", help="Run failed samples again.")] = False,
     mix_versions: opt.MixVersions = False,
     scheduler: Annotated[
         str | None, Option(help="Run on the workers of this Dask scheduler (tcp://HOST:PORT).")
@@ -95,7 +95,7 @@ def status(
 @opt.command("verify")
 def verify(
     path: Annotated[Path, Argument(help="Study folder (*.dp), or file (*.nc).", show_default=False)],
-    samples: Annotated[int, Option(help="Number of walls to solve again and compare bit by bit.", min=0)] = 0,
+    samples: Annotated[int, Option(help="Number of samples to solve again and compare bit by bit.", min=0)] = 0,
 ) -> None:
     """Check a study folder or a file: exit code 0 if it is sound, 2 if damaged, 3 if walls solved again differ."""
     from damagepred.campaign.verify import verify as verify_archive
@@ -125,7 +125,7 @@ def rare(
     category: opt.Category,
     at: opt.AtMovement,
     samples: Annotated[
-        int | None, Option("-n", "--samples", min=10, help="Walls a level of a run; 200 in a new folder.")
+        int | None, Option("-n", "--samples", min=10, help="Samples per level of a run; 200 in a new folder.")
     ] = None,
     runs: Annotated[
         int | None, Option(min=1, help="Independent runs, which tell the error; 5 in a new folder.")
@@ -133,8 +133,8 @@ def rare(
     workers: opt.Workers = 1,
     output: Annotated[Path | None, opt.writes("-o --output", "Folder (*.rare).")] = None,
     seed: opt.Seed = None,
-    level_share: Annotated[float, Option(help="Share of a level's walls that the next starts from.")] = 0.1,
-    reach: Annotated[float, Option(help="Factor on the movement to which walls are solved.")] = 2.0,
+    level_share: Annotated[float, Option(help="Share of a level's samples that the next starts from.")] = 0.1,
+    reach: Annotated[float, Option(help="Factor on the movement to which samples are solved.")] = 2.0,
     timeout: opt.Timeout = None,
     yes: opt.Yes = False,
     mix_versions: opt.MixVersions = False,
@@ -203,7 +203,7 @@ def design_command(
 def portfolio_command(
     houses: Annotated[Path, Argument(help="Table of houses (CSV, xlsx), one row each.", show_default=False)],
     file: opt.StudyFile,
-    samples: Annotated[int | None, Option("-n", "--samples", min=1, help="Walls per house.")] = None,
+    samples: Annotated[int | None, Option("-n", "--samples", min=1, help="Samples per house.")] = None,
     workers: opt.Workers = 1,
     folder: Annotated[Path | None, opt.writes("--folder", "Folder of the houses' studies.")] = None,
     at: opt.MovementOrClass = "site",
