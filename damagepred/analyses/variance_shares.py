@@ -13,8 +13,9 @@ from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError, nearest
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.capacity import category_number, require_categories, sampled
-from damagepred.uq.fragility import movement_measure, read_capacities
-from damagepred.uq.sensitivity import sensitivity_indices
+from damagepred.uq.fragility import read_capacities
+from damagepred.uq.intensity import chosen_intensity
+from damagepred.uq.sensitivity import LEAST_WALLS, sensitivity_indices
 
 
 class Output(NamedTuple):
@@ -34,14 +35,12 @@ def _output_of(
         raise InputError("sensitivity: is of a category or of an output; give one of them.")
     if category is not None:
         require_categories(ds, [category])
-        walls = read_capacities(ds, [category], movement_measure(ds))
+        walls = read_capacities(ds, [category], chosen_intensity(ds, None))
         lower, upper = walls.capacities.lower[0], walls.capacities.upper[0]
         if own_ground:
             ended = ~walls.capacities.failed[0]
             hit = np.isfinite(upper[ended]).astype(np.float64)
             return Output(hit, walls.sample[ended], f"damage of category {category} at each wall's own movement", 0.0)
-        if np.isinf(upper).all():
-            raise InputError(f"category = {category}: no wall has reached it; there is nothing to depend on.")
         words = f"rank of the capacity for category {category}: the movement at which it is reached"
         censored = float(np.average(np.isinf(upper), weights=walls.weight))
         return Output(np.array([lower, upper]), walls.sample, words, censored)
@@ -104,7 +103,8 @@ def study_sensitivity(
     Raises
     ------
     InputError
-        If there is no such output, some walls lack it, or no input has one value per wall.
+        If there is no such output, some walls lack it, no input has one value per wall, or fewer than 10 walls reached
+        the category (with ``own_ground`` also if fewer than 10 did not).
 
     Examples
     --------
@@ -113,7 +113,18 @@ def study_sensitivity(
     >>> dict(zip(ds["variable"].values.tolist(), ds["spearman"].values.round(1).tolist()))
     {'joint.friction': -0.2, 'joint.cohesion': 0.1}
     """
-    walls = _output_of(ds, None if category is None else category_number(ds, category), output, own_ground)
+    number = None if category is None else category_number(ds, category)
+    walls = _output_of(ds, number, output, own_ground)
+    if number is not None:
+        hit = walls.value > 0 if own_ground else np.isfinite(walls.value[1])
+        few, reached = int(hit.sum()), "reached"
+        if own_ground and few > len(hit) - few:
+            few, reached = len(hit) - few, "did not reach"
+        if few < LEAST_WALLS:
+            raise InputError(
+                f"category = {number}: {few} of {len(hit)} walls {reached} it, and a ranking of inputs needs "
+                f"{LEAST_WALLS} or more; run more walls, or take another category."
+            )
     alone = np.ones(len(walls.sample), dtype=bool)
     if int(ds.attrs.get("crossed", 0)):  # of an archive of 0.1: of four walls two share neither inputs nor joints
         alone = np.isin(walls.sample % 4, (0, 3))

@@ -27,7 +27,7 @@ def guide(
         return
     terminal.say("damagepred guide TOPIC, with one of these topics:")
     for name in TOPICS:
-        terminal.say(f"  {name:20} {title(name)}")
+        terminal.say(f"  {name:{max(map(len, TOPICS))}} {title(name)}")
 
 
 @app.command()

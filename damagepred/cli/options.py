@@ -99,7 +99,7 @@ Categories = Annotated[str | None, typer.Option(help="Categories, such as 1,2 or
 _BEYOND = "Export curves whose median lies beyond the movement of the samples."
 Extrapolated = Annotated[bool, typer.Option("--extrapolated", help=_BEYOND)]
 CsvFile = Annotated[Path | None, writes("--csv", "CSV file to write.", ".csv")]
-_WIDTH = "Width that makes the category: widest joint or crack band."
+_WIDTH = "Width that makes the category: of one joint, or of a crack band (neighbouring joints)."
 Measure = Annotated[Literal["joint", "band"] | None, typer.Option(help=_WIDTH)]
 FootingGap = Annotated[bool | None, typer.Option(help="Whether a gap on the footing counts without a dpc.")]
 

@@ -17,7 +17,9 @@ from damagepred.formatting import counted
 @opt.command("estimate", "json", "quiet")
 def estimate(
     folder: opt.StudyFolderPath,
-    category: opt.Category,
+    category: Annotated[
+        Any, opt.category_option("Of damage, or worse; by default the worst that a wall reaches.")
+    ] = None,
     at: opt.MovementOrClass = "site",
     wall: opt.Wall = None,
     confidence: opt.Confidence = 0.9,
@@ -25,25 +27,34 @@ def estimate(
         Path | None, Option("--study", help="Study file whose [study.epistemic] to take instead.")
     ] = None,
 ) -> None:
-    """Estimate a probability from a study: Monte Carlo error, failed walls and uncertain inputs apart."""
+    """Estimate the probability of each category from a study: Monte Carlo error, failed walls, uncertain inputs."""
     from damagepred.analyses.epistemic import alternatives
-    from damagepred.archive.folder import open_study
     from damagepred.campaign.settings import StudySettings
     from damagepred.cli.sentences import estimate_lines
-    from damagepred.results.house import is_house
+    from damagepred.report.summary import answers
+    from damagepred.results.house import is_house, study_of
+    from damagepred.results.tables import Table, probability_columns
     from damagepred.uq.capacity import category_number
     from damagepred.uq.movement_distribution import movement_distribution
 
     movement = movement_distribution(at, option="--at")
     others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
-    ds = open_study(folder)
-    category, houses = category_number(ds, category), is_house(ds)
-    estimates = alternatives(folder, category, movement, others=others, confidence=confidence, wall=wall)
+    ds = study_of(folder, wall)
+    chosen = None if category is None else category_number(ds, category)
+    question, found = answers(ds, movement, confidence)
+    if chosen is None:
+        chosen = max((c for c, one in found.items() if one.estimate.value > 0), default=1)
+    estimates = alternatives(folder, chosen, movement, others=others, confidence=confidence, wall=wall)
     points = () if movement.own else movement.points  # shares of each wall's own movement
     values = [{**one._asdict(), "name": one.name or None} for one in estimates]
-    asked = {"category": category, "at": movement.name, "movement": points[0] if len(points) == 1 else points}
-    answer = {**asked, "alternatives": values}
-    terminal.answer(answer, lambda _: terminal.lines(estimate_lines(estimates, category, movement, houses)))
+    asked = {"category": chosen, "at": movement.name, "movement": points[0] if len(points) == 1 else points}
+    every = [{"category": c, **one._asdict()} for c, one in found.items()]
+
+    def show(_: object) -> None:
+        terminal.show(Table.brief(question, probability_columns(ds, found)))
+        terminal.lines(estimate_lines(estimates, chosen, movement.words, is_house(ds)))
+
+    terminal.answer({**asked, "alternatives": values, "categories": every}, show)
 
 
 @opt.command("compare", "json", "quiet")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from damagepred.formatting import counted, duration
+from damagepred.formatting import chance, counted, duration
 
 if TYPE_CHECKING:
     from damagepred.analyses.epistemic import Alternative
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from damagepred.campaign.cost_estimate import CostEstimate
     from damagepred.campaign.status import StudyStatus
     from damagepred.campaign.stopping import Ending
-    from damagepred.uq.movement_distribution import MovementDistribution
     from damagepred.uq.stopping import StopWhen
     from damagepred.uq.subset import SubsetEstimate
 
@@ -72,52 +71,28 @@ def ending_lines(ending: Ending, rule: StopWhen | None) -> list[str]:
     return [*said, *filter(None, [reasons[ending.reason]])]
 
 
-def estimate_lines(
-    alternatives: list[Alternative], category: int, at: float | MovementDistribution, houses: bool = False
-) -> list[str]:
-    """Probability with its errors, and the range that the inputs leave open."""
+def estimate_lines(alternatives: list[Alternative], category: int, where: str, houses: bool = False) -> list[str]:
+    """Walls that were not followed as far, the range that the inputs leave open, and the answer."""
     from damagepred.report.answers import estimate_answer
-    from damagepred.uq.movement_distribution import as_distribution
 
-    first, noun = alternatives[0].found, counted("wall", houses)
-    e, said = first.estimate, []
-    movement = as_distribution(at)
-    where = f"{1e3 * at:g} mm" if isinstance(at, float) else counted(movement.words, houses)
-    question = f"P(category >= {category} at {where})"
-    if np.isnan(e.value):
-        return [
-            f"{question} is unknown, between {e.lower:.4g} and {e.upper:.4g} ({e.confidence:.0%}): no {noun} without "
-            f"this category has a result there; {noun}s, all: {e.samples + first.failed}, failed: {first.failed}, "
-            f"without result there: {first.not_followed}"
-        ]
-    said.append(
-        f"{question} = {e.value:.4g}, Monte Carlo error {e.error:.2g}: {e.lower:.4g} to {e.upper:.4g} "
-        f"({e.confidence:.0%}), {e.samples} {noun}s"
-    )
-    if movement.assumption:
-        said.append(movement.assumption)
-    if first.failed:
+    first, noun, said = alternatives[0].found, counted("wall", houses), []
+    if first.not_followed and np.isfinite(first.estimate.value):
         said.append(
-            f"{first.failed} failed {noun}s: {first.failed_undamaged:.4g} if none had reached it, "
-            f"{first.failed_damaged:.4g} if all had"
-        )
-    if first.not_followed:
-        said.append(
-            f"{first.not_followed} {noun}s were not followed that far; they count as those followed further, which is "
-            "right if their movement does not end there because they are weak or strong"
+            f"{first.not_followed} {noun}s ended at a smaller movement of their own; they count like the {noun}s "
+            "followed further, which is right if they did not end there because they are weak or strong"
         )
     for other in alternatives[1:]:
         o = other.found.estimate
         few = ", too few: run it as a study" if other.effective_samples < 0.2 * o.samples else ""
         said.append(
-            f"  {other.name}: {o.value:.4g}, {o.lower:.4g} to {o.upper:.4g} "
+            f"  {other.name}: {chance(o.value)}, {chance(o.lower)} to {chance(o.upper)} "
             f"({other.effective_samples:.0f} effective {noun}s{few})"
         )
-    if len(alternatives) > 1:
-        values = [a.found.estimate.value for a in alternatives]
-        reach = f"{min(values):.4g} to {max(values):.4g}"
-        said.append(f"epistemic range of the inputs: {reach}, without the Monte Carlo error")
-    return [*said, estimate_answer(e, category, where, noun)]
+    values = [a.found.estimate.value for a in alternatives]
+    if len(values) > 1 and np.isfinite(values).all():
+        reach = f"{chance(min(values))} to {chance(max(values))}"
+        said.append(f"category {category}, epistemic range of the inputs: {reach}, without the Monte Carlo error")
+    return [*said, estimate_answer(first.estimate, f"{category} or worse at {counted(where, houses)}", noun)]
 
 
 def rare_lines(result: RareEvent, question: Question) -> list[str]:
@@ -189,6 +164,10 @@ def status_lines(status: StudyStatus) -> list[str]:
     if np.isfinite(s.wall_seconds):
         rest = f", about {duration(s.wall_seconds * s.remaining)} of work left" if s.remaining else ""
         said.append(f"{duration(s.wall_seconds)} per {noun}{rest}")
+    if not s.done:
+        said.append(
+            f"no {noun} is done yet: a run first compiles its kernels, once per version, and loads its processes"
+        )
     if np.isfinite(s.effective_walls):
         said.append(f"importance sampling: {s.effective_walls:.0f} effective {noun}s; shares are weighted")
     if s.limits:

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 def status(report: StudyStatus) -> None:
     """Print the status of a study, and the shares of its categories."""
     terminal.lines(status_lines(report))
+    if not report.categories:
+        return
     noun = "houses" if report.houses else "walls"
     title = f"Share of {noun} by category reached by the end of the movement"
     terminal.table(
@@ -234,6 +236,8 @@ def sensitivity_tables(indices: xr.Dataset) -> None:
     """Print the sensitivity of a study's damage to its inputs."""
     title = f"{indices.attrs['title']}: {indices.attrs['output']}, {indices.attrs['walls']} {noun(indices)}s"
     terminal.show(Table.brief(title, tables.sensitivity_columns(indices)))
+    if not tables.standing_out(indices):
+        terminal.say("no input stands out: the interval of each partial correlation contains 0")
     if share := indices.attrs["share_censored"]:
         terminal.say(f"{share:.0%} of the {noun(indices)}s had not reached it: they share the highest ranks")
     if indices.attrs["samples_failed"]:

@@ -159,11 +159,10 @@ def _is_compiling() -> bool:
 
 
 def _compiled() -> str:
-    """Progress of the compilation as text, empty before the first kernel."""
-    from damagepred.kernels.progress import progress
+    """Progress of the compilation as text, empty before the first kernel; most walls need fewer than all kernels."""
+    from damagepred.kernels.progress import _functions, progress
 
-    done, of = progress()
-    return f": {done} of {of}" if of else ""
+    return f": {done} of at most {len(_functions)}" if (done := progress()[0]) else ""
 
 
 _WAIT = Wait()
@@ -287,7 +286,8 @@ def _plain(value: Any) -> Any:
 
 
 def markdown(text: str) -> None:
-    """Print Markdown, in a terminal laid out, without comments and with plain equations, elsewhere as it is."""
+    """Print Markdown without comments, in a terminal laid out and with plain equations."""
+    text = re.sub(r"^<!--.*?-->\n", "", text, flags=re.MULTILINE | re.DOTALL)
     if not _out.is_terminal:
         _OUTPUT.write(text)
         return
@@ -295,8 +295,7 @@ def markdown(text: str) -> None:
 
     from damagepred.guide import with_plain_equations
 
-    shown = with_plain_equations(re.sub(r"^<!--.*-->\n", "", text, flags=re.MULTILINE))
-    Console(file=cast(IO[str], _OUTPUT), width=min(_out.width, 100)).print(Markdown(shown))
+    Console(file=cast(IO[str], _OUTPUT), width=min(_out.width, 100)).print(Markdown(with_plain_equations(text)))
 
 
 def quantity(option: str, text: str, unit: str) -> float:
@@ -445,7 +444,9 @@ class StudyBar(_Progress):
         """Show the present state of the study."""
         if self._task is None:
             self._task = self._progress.add_task("", total=state.total, completed=state.done, failed=0, left="")
-        self._activity[0] = f"solving {self.noun}, {state.done} of {state.total} done"
+        solving = f"solving {self.noun}, {state.done} of {state.total} done"
+        begun = state.just_failed or math.isfinite(state.seconds_left)
+        self._activity[0] = solving if begun else f"preparing the {self.noun}"
         if state.just_failed:
             say(state.just_failed, error=True)
         remaining = state.done < state.total and math.isfinite(state.seconds_left)

@@ -22,7 +22,7 @@ class Verdict(NamedTuple):
     """Damage of a wall in one state. Openings are the widest along the whole joint, up to its ends."""
 
     damage_category: int  # by the cracks of the wall proper, above the dpc, with the measure of the rules
-    damage_category_band: int  # by the width of the widest crack band instead of the widest joint
+    damage_category_band: int  # by the width of the widest crack band instead of the widest crack
     # largest opening normal to a joint of the wall proper (m), the measure of damage tables here
     crack_width_max: float
     crack_band_width_max: float  # widest crack band (m), at least ``crack_width_max``; see ``crack_bands``
@@ -73,7 +73,7 @@ class Rules(NamedTuple):
     def widths(
         self, crack_width: Widths, band_width: Widths, footing_opening: Widths, has_dpc: bool
     ) -> tuple[Widths, Widths]:
-        """Width that determines the category, by the widest joint and by the widest crack band (m)."""
+        """Width that determines the category, by the widest crack and by the widest crack band (m)."""
         if not self.count_footing_gap or has_dpc:
             return crack_width, band_width
         return np.maximum(crack_width, footing_opening), np.maximum(band_width, footing_opening)

@@ -18,7 +18,8 @@ UNKNOWN = 0.995
 def in_words(estimate: Estimate, of_what: str = "wall") -> str:
     """Probability with its interval, and as a number of walls or houses in 100."""
     if np.isnan(estimate.value):
-        return f"unknown, no {of_what} was followed as far"
+        reach = f"between {chance(estimate.lower)} and {chance(estimate.upper)}"
+        return f"unknown, {reach}: no {of_what} without it was followed as far; run the study with a larger movement"
     interval = f"{estimate.confidence:.0%} interval {chance(estimate.lower)} to {chance(estimate.upper)}"
     share = 100 * estimate.value
     of = f"about {share:.0f} {of_what}{'s' if round(share) != 1 else ''} in 100"
@@ -29,9 +30,9 @@ def in_words(estimate: Estimate, of_what: str = "wall") -> str:
     return f"probability {chance(estimate.value)} ({interval}), {of}"
 
 
-def estimate_answer(estimate: Estimate, category: int, where: str, of_what: str = "wall") -> str:
+def estimate_answer(estimate: Estimate, category: str, of_what: str = "wall") -> str:
     """Answer of an estimate."""
-    return f"Category {category} or worse at {where}: {in_words(estimate, of_what)}."
+    return f"Category {category}: {in_words(estimate, of_what)}."
 
 
 def comparison_answer(comparison: xr.Dataset, category: int, movement: float) -> str:

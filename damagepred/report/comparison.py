@@ -17,7 +17,7 @@ from damagepred.report.parts import Part, Text
 from damagepred.report.summary import doubtful_category
 from damagepred.results.tables import Table
 from damagepred.uq.comparison import compare
-from damagepred.uq.estimate import Estimate
+from damagepred.uq.exceedance import Exceedance
 from damagepred.uq.movement_distribution import MovementDistribution
 
 
@@ -26,11 +26,11 @@ def comparison_parts(
     ds: xr.Dataset,
     measures: Sequence[Path],
     at: MovementDistribution,
-    estimates: Mapping[int, Estimate],
+    found: Mapping[int, Exceedance],
     confidence: float,
 ) -> list[Part]:
     """Sentence and table on the probability of the category in doubt in each study; empty without measures."""
-    category = doubtful_category(estimates)
+    category = doubtful_category(found)
     if not measures or category is None:
         return []
     names = [study_name(each) for each in (path, *measures)]

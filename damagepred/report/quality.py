@@ -8,10 +8,10 @@ import xarray as xr
 from damagepred.archive.schema import category_label
 from damagepred.diagnostics import Residuals, described
 from damagepred.enumerations import SOLVED
-from damagepred.formatting import chance, counted, length, number, with_band
+from damagepred.formatting import counted, length, number
 from damagepred.report.parts import Part
 from damagepred.results.house import is_house
-from damagepred.results.tables import Table, energy_rows, energy_shares, known, quality_rows
+from damagepred.results.tables import Table, energy_rows, energy_shares, known, probability_columns, quality_rows
 from damagepred.uq.capacity import highest_category
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.intensity import movement_measure, movement_words
@@ -52,21 +52,12 @@ def study_quality(ds: xr.Dataset) -> list[Part]:
 
 def monte_carlo(ds: xr.Dataset, moved: float, confidence: float = 0.9) -> list[Part]:
     """Probabilities with their Monte Carlo error."""
-    measure, rows = movement_words(ds), []
-    for category, name in categories(ds):
-        estimated = exceedance(ds, category, moved, confidence=confidence)
-        e, bounds = estimated.estimate, "–"
-        if estimated.failed:
-            bounds = f"{chance(estimated.failed_undamaged)} to {chance(estimated.failed_damaged)}"
-        value = with_band(chance(e.value), chance(e.lower), chance(e.upper))
-        counts = [str(e.samples), number(e.effective_samples, 3)]
-        rows.append([name.replace(" ", "\u00a0"), value, number(e.error, 2), *counts, bounds])
-    caption = f"Probability of each category or worse at a {measure} of {length(moved)}, and its Monte Carlo error"
-    heads = ["category", f"probability ({confidence:.0%} interval)", "standard error", "walls", "effective walls"]
+    found = {category: exceedance(ds, category, moved, confidence=confidence) for category, _ in categories(ds)}
+    at = f"a {movement_words(ds)} of {length(moved)}"
+    caption = f"Probability of each category or worse at {at}, and its Monte Carlo error"
     note = "The error of the number of walls; errors of the model add to it. "
     note += "“Failed walls counted”: if none of them had reached the category, and if all had."
-    note, *heads = (counted(words, is_house(ds)) for words in (note, *heads, "failed walls counted"))
-    return [Table(caption, heads, rows, note=note)]
+    return [Table.of(caption, probability_columns(ds, found), counted(note, is_house(ds)))]
 
 
 def categories(ds: xr.Dataset) -> list[tuple[int, str]]:

@@ -148,7 +148,10 @@ def _facts(ds: xr.Dataset, settings: StudySettings) -> list[tuple[str, str]]:
     uncertain = [place_in_words(place) for place in (*settings.variables, *settings.study.table_columns)]
     varied = f"; uncertain: {', '.join(uncertain)}" if uncertain else ""
     solved = int(np.isin(status, SOLVED).sum())
-    return [(f"{noun(ds).capitalize()}s", f"{solved} solved of {len(status)}{varied}")]
+    return [
+        (f"{noun(ds).capitalize()}s", f"{solved} solved of {len(status)}{varied}"),
+        ("Categories", f"{ds.attrs.get('damage_table', '')}, by the {measure_in_words(ds)}"),
+    ]
 
 
 def _run_parts(folder: StudyFolder, ds: xr.Dataset, settings: StudySettings, written: str) -> list[Part]:
@@ -264,16 +267,16 @@ def _typical(
 
 def _measures(ds: xr.Dataset) -> Table:
     """Return the share of walls in each category at worst, by each width that categories can be found by."""
-    judged = {"widest joint": judge_again(ds, measure="joint", count_footing_gap=False)}
+    judged = {"by the widest crack": judge_again(ds, measure="joint", count_footing_gap=False)}
     note = f"Categories elsewhere on this page are by the {measure_in_words(ds)}. "
     if "crack_band_width_max" in ds:
-        judged["widest crack band"] = judge_again(ds, measure="band")
+        judged["by the widest crack band"] = judge_again(ds, measure="band")
         gauge = number(float(ds["crack_band_width_max"].attrs.get("gauge_length", np.nan)), 3)
-        note += f"A crack band's width is the sum of the openings of neighbouring joints along {gauge} m."
+        note += f"A crack band adds up the openings of neighbouring joints along {gauge} m."
     else:
         note += "Written by an older version, the archive does not hold the widths of crack bands."
     if "footing_opening_max" in ds and not has_dpc(ds):
-        judged["widest joint or gap on the footing"] = judge_again(ds, measure="joint", count_footing_gap=True)
+        judged["by the widest crack or gap on the footing"] = judge_again(ds, measure="joint", count_footing_gap=True)
     caption = f"{noun(ds).capitalize()}s by the worst category of their path"
     return Table.of(caption, worst_category_columns(judged), note)
 

@@ -104,7 +104,7 @@ def _facts(ds: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
         movement += f" under a {movement_words(ds)} of {length(float(ds['surface_movement'].values[-1]))}"
     facts = [
         ("Movement", movement),
-        ("Damage", f"category {category} ({ds.attrs.get('damage_table', '')}, by the {measure_in_words(ds)})"),
+        ("Damage", f"category {category} ({ds.attrs.get('damage_table', '')}), by the {measure_in_words(ds)}"),
         ("Widest crack", length(float(ds["crack_width_max"].values[-1]))),
     ]
     if "crack_band_width_max" in ds.variables:
@@ -127,10 +127,10 @@ def _gap(ds: xr.Dataset, part: str) -> str:
 
 def _band(ds: xr.Dataset) -> str:
     gauge = number(float(ds["crack_band_width_max"].attrs.get("gauge_length", np.nan)), 3)
-    text = f"{length(float(ds['crack_band_width_max'].values[-1]))} across {gauge} m of neighbouring joints"
-    if "damage_category_band" in ds.variables:
+    text = f"{length(float(ds['crack_band_width_max'].values[-1]))}, openings of neighbouring joints along {gauge} m"
+    if "damage_category_band" in ds.variables and ds.attrs.get("damage_measure", "joint") == "joint":
         category = int(ds["damage_category_band"].values[-1])
-        text += f"; by it, category {category_label(ds, category, 'damage_category_band')}"
+        text += f"; by it the category would be {category_label(ds, category, 'damage_category_band')}"
     return text
 
 

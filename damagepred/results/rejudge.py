@@ -90,7 +90,7 @@ def judge_again(
     group_count : int, optional
         Cracks that make a group; of a study 2 to 5.
     measure : {"joint", "band"}, optional
-        Width that makes the category: widest joint or widest crack band.
+        Width that makes the category: of the widest crack (one joint) or crack band.
     count_footing_gap : bool, optional
         Whether a gap along the footing bed counts as a crack of a wall without a dpc.
 
@@ -466,6 +466,10 @@ def footing_gap_note(ds: xr.Dataset) -> str:
 
 
 def measure_in_words(ds: xr.Dataset) -> str:
-    """Return by what width the categories of a wall, a study or its curves were found."""
-    words = {"joint": "widest joint", "band": "widest crack band"}[str(ds.attrs.get("damage_measure", "joint"))]
+    """Width that makes the categories of a wall, a study or its curves."""
+    widths = {
+        "joint": "widest crack, the opening of one joint",
+        "band": "widest crack band, openings of joints added up",
+    }
+    words = widths[str(ds.attrs.get("damage_measure", "joint"))]
     return words + (", and the gap along the footing bed" if int(ds.attrs.get("count_footing_gap", 0)) else "")

@@ -24,6 +24,8 @@ from damagepred.uq.intensity import OF_SITE, movement_words
 if TYPE_CHECKING:
     import pandas as pd
 
+    from damagepred.uq.exceedance import Exceedance
+
 
 MM = 1e3
 """Millimetres in a metre."""
@@ -300,7 +302,32 @@ def energy_rows(ds: xr.Dataset) -> list[list[str]]:
     return [[label, number(value)] for label, value in last.items() if value != 0.0]
 
 
-# -- fragility curves ------------------------------------------------------------------------------------------------
+# -- probabilities and fragility curves ------------------------------------------------------------------------------
+
+
+def probability_columns(ds: xr.Dataset, found: Mapping[int, Exceedance]) -> list[Column]:
+    """Probability of each category or worse with its Monte Carlo error, one row per category."""
+    walls, every = f"{noun(ds)}s", [one.estimate for one in found.values()]
+    labels = [category_label(ds, category).replace(" ", "\u00a0") for category in found]
+    level = f"({every[0].confidence:.0%} interval)"
+    values = [
+        f"unknown ({chance(e.lower)} to {chance(e.upper)})"
+        if np.isnan(e.value)
+        else with_band(chance(e.value), chance(e.lower), chance(e.upper))
+        for e in every
+    ]
+    columns = [
+        Column("category", labels, short="category\nor worse", words=True),
+        Column(f"probability {level}", values, short=f"probability\n{level}"),
+        Column("standard error", [number(e.error or np.nan, 2) for e in every], short="Monte Carlo\nerror"),
+        Column(walls, [str(e.samples) for e in every], short=walls),
+    ]
+    if any(e.effective_samples != e.samples for e in every):
+        columns.append(Column(f"effective {walls}", [number(e.effective_samples, 3) for e in every]))
+    if any(one.failed for one in found.values()):
+        bounds = [f"{chance(one.failed_undamaged)} to {chance(one.failed_damaged)}" for one in found.values()]
+        columns.append(Column(f"failed {walls} counted", bounds, short=f"failed {walls}\ncounted"))
+    return columns
 
 
 def curve_columns(curves: xr.Dataset) -> list[Column]:
@@ -393,9 +420,19 @@ def sensitivity_columns(indices: xr.Dataset) -> list[Column]:
     columns = [Column("input", inputs, short="input", words=True)]
     level = f"({indices.attrs['confidence']:.0%} interval)"
     for name, head in (("spearman", "rank correlation"), ("partial", "partial"), ("first_order", "share of variance")):
-        cells = [banded(indices.sel(variable=v), name) for v in inputs]
+        known = (
+            indices.clip(0.0, 1.0) if name == "first_order" else indices
+        )  # the estimate of a small share may be below 0
+        cells = [banded(known.sel(variable=v), name) for v in inputs]
         columns.append(Column(head, cells, short=f"{head}\n{level}"))
     return columns
+
+
+def standing_out(indices: xr.Dataset) -> list[int]:
+    """Inputs whose partial rank correlation has a sure sign, the largest first."""
+    ends = (np.sign(indices[f"partial_{end}"].values) for end in ("lower", "upper"))
+    sure = np.equal(*ends)
+    return [int(i) for i in np.argsort(-np.abs(indices["partial"].values)) if sure[i]]
 
 
 YEARS = (1, 2, 5, 10, 20, 30, 50, 100)

@@ -227,7 +227,7 @@ class DamageState:
     name : str
         Name in any language: letters, digits, spaces, ``_`` and ``-``.
     width : float or None
-        Smallest width of the widest joint (m).
+        Smallest width of the widest crack (m).
     band : float or None
         Smallest width of the widest crack band (m).
     count : float or None
@@ -282,9 +282,9 @@ class Damage:
     dpc_threshold : float
         Opening above which the dpc counts as separated (m).
     measure : {"joint", "band"}
-        Width that determines the category. ``joint``: the widest single joint, which depends on how neighbouring joints
-        share an opening. ``band``: the widest crack band, the reading of a gauge across neighbouring joints. Archives
-        also have the category by the band, as ``damage_category_band``.
+        Width that determines the category. ``joint``: the widest crack, the opening of one joint, which depends on how
+        neighbouring joints share an opening. ``band``: the widest crack band, the openings of neighbouring joints added
+        up along a gauge. Archives also have the category by the band, as ``damage_category_band``.
     band_gauge : float
         Length of the gauge across a crack band (m); see ``damage.crack_bands``. The default spans three bricks of
         240 mm and their four head joints. Their sum depends less on how they share an opening than the widest of them.

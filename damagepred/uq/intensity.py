@@ -122,14 +122,10 @@ def chosen_intensity(ds: xr.Dataset, intensity: str | None) -> str:
     name = intensity or movement_measure(ds)
     if _available(ds, name):
         return name
-    available = [m for m in MEASURES if _available(ds, m)]
+    if not (available := [m for m in MEASURES if _available(ds, m)]):
+        raise InputError("the study has no finished sample yet; run `damagepred study` first.")
     raise InputError(
-        f"intensity: the dataset has no variable '{name}' with values; "
-        + (
-            f"it has {', '.join(available)}."
-            if available
-            else "a study needs a wall that is done, see `damagepred status`."
-        )
+        f"intensity: the dataset has no variable '{name}' with values; it has {', '.join(available)}."
         + nearest(name, available)
     )
 

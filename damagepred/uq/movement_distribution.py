@@ -56,7 +56,8 @@ class MovementDistribution:
     @property
     def words(self) -> str:
         """The movement in words."""
-        return "the end of each wall's own movement" if self.own else self.name
+        of_class = f"{'site ' * (self.measure == MOUND)}{self.name}"
+        return "the end of each wall's own movement" if self.own else of_class
 
     @property
     def largest(self) -> float:
@@ -98,7 +99,9 @@ def as_distribution(at: float | str | MovementDistribution, unit: str = "m") -> 
 
 def _of_class(site: SiteClass) -> MovementDistribution:
     if not (math.isfinite(site.above) and math.isfinite(site.up_to)):
-        raise InputError(f"at = {site.name}: class {site.name} has no two limits of y_s; give a distribution.")
+        low = 1e3 * max(site.above, 0.0)
+        give = f'such as \'distribution = "uniform", lower = "{low:g} mm", upper = "{low + 25:g} mm"\''
+        raise InputError(f"at = {site.name}: class {site.name} has no two limits of y_s; give a distribution, {give}.")
     share = (np.arange(POINTS) + 0.5) / POINTS
     points = site.above + share * (site.up_to - site.above)
     limits = f"{1e3 * site.above:g} to {1e3 * site.up_to:g} mm"

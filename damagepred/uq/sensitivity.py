@@ -13,7 +13,7 @@ from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.estimate import effective_samples, normal_factor
 from damagepred.uq.samplers import Stream, generator
 
-LEAST_WALLS = 10  # walls below which sensitivity is refused
+LEAST_WALLS = 10  # walls, and damaged walls, below which sensitivity is refused
 BOOTSTRAP_WALLS = 20_000  # walls in a resample at most; the error of more walls is scaled by the root of their number
 _INDICES = {
     "spearman": "rank correlation",

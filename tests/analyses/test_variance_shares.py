@@ -66,7 +66,7 @@ def test_ranks_and_shares_are_of_independent_walls() -> None:
     [
         ({}, "give one of them"),
         ({"category": 1, "output": "crack"}, "give one of them"),
-        ({"category": 3}, "no wall has reached it"),
+        ({"category": 3}, "0 of 40 walls reached it, and a ranking of inputs needs 10 or more"),
         ({"output": "crack"}, "no such result"),
         ({"output": "damage_category"}, "1 of 40 walls have no value at the end"),
     ],
@@ -76,7 +76,7 @@ def test_invalid_requests_are_refused(ask: dict, words: str) -> None:
     ds["status"].values[3] = FAILED
     ds["damage_category"].values[3, 5:] = -1
     with pytest.raises(InputError, match=words):
-        _output_of(ds, **ask)
+        study_sensitivity(ds, **ask)
 
 
 def test_a_result_at_the_end_of_the_movement() -> None:

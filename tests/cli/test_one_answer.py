@@ -53,10 +53,9 @@ def test_commands_and_pages_agree(command: Run, houses: list[Path], category: in
             row = result(command, "status", house)["categories"][category]
             said, found = answers(ds)
             assert said.startswith("At the end of each wall's own movement")
-            assert (row["or_worse"], row["lower"], row["upper"]) == pytest.approx(
-                found[category][:1] + found[category][2:4]
-            )
-            assert found[category] == one.estimate
+            same = found[category].estimate
+            assert (row["or_worse"], row["lower"], row["upper"]) == pytest.approx(same[:1] + same[2:4])
+            assert same == one.estimate
             assert (row["failed_undamaged"], row["failed_damaged"]) == pytest.approx(one[2:4])
     first, second = np.array(compared["data_vars"]["probability"]["data"])[:, 0, 0]
     assert np.array(compared["data_vars"]["difference"]["data"])[1, 0, 0] == pytest.approx(second - first)
@@ -75,10 +74,26 @@ def test_a_curve_is_read_in_one_way(houses: list[Path]) -> None:
 def test_a_study_without_a_ground_of_its_own_asks_for_a_movement(command: Run, tmp_path: Path) -> None:
     own = synthetic_study(tmp_path / "own.dp", 12)
     said = command("estimate", own, "--category", 1)
-    assert said.out.startswith("P(category >= 1 at the end of each wall's own movement) = ")
+    assert said.out.startswith("At the end of each wall's own movement, a central deflection of ")
+    assert "\nCategory 1 or worse at the end of each wall's own movement: probability " in said.out
     alike = synthetic_study(tmp_path / "alike.dp", 12, own_movements=False)
     for arguments in (("estimate", alike), ("compare", own, alike), ("report", alike, "--no-replay")):
         more = ("--at", "site") if arguments[0] == "report" else ("--category", 1)
         said = command(*arguments, *more)
         assert said.code == (0 if arguments[0] == "compare" else 2)
         assert arguments[0] == "compare" or 'no ground of their own; give a movement, such as "6 mm".' in said.err
+
+
+def test_before_the_first_wall_commands_say_so(command: Run, tmp_path: Path) -> None:
+    empty = synthetic_study(tmp_path / "empty.dp", 4, missing=range(4))
+    said = command("status", empty)
+    assert said.out.splitlines()[0].endswith(": 0 of 4 walls done, 0 failed, 4 remaining")
+    assert "no wall is done yet: a run first compiles its kernels" in said.out
+    assert "category" not in said.out
+    for arguments in (("estimate", empty), ("sensitivity", empty), ("compare", empty, empty.parent / "other.dp")):
+        synthetic_study(tmp_path / "other.dp", 4, missing=range(4)) if arguments[0] == "compare" else None
+        said = command(*arguments, *(("--category", 1) if arguments[0] == "compare" else ()))
+        assert (said.code, "the study has no finished sample yet; run `damagepred study` first." in said.err) == (
+            2,
+            True,
+        )

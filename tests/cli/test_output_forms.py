@@ -74,7 +74,7 @@ def test_json_of_a_wall_and_of_its_cost(command: Run, tmp_path: Path) -> None:
 
 
 def test_comparisons_and_sensitivity_are_printed_as_json(command: Run, tmp_path: Path) -> None:
-    a, b = (synthetic_study(tmp_path / f"{name}.dp", 40) for name in "ab")
+    a, b = (synthetic_study(tmp_path / f"{name}.dp", 40, medians=(2e-3, 7e-3)) for name in "ab")
     said = command("compare", a, b, "--category", "slight", "--at", "3 mm", "--json")
     compared = xr.Dataset.from_dict(json.loads(said.out))
     known = compare({"a": open_study(a), "b": open_study(b)}, categories=[2], at=[3e-3])

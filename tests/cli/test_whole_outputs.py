@@ -32,6 +32,7 @@ COMMANDS = {
     "estimate": "estimate part.dp --category 1",
     "estimate_at": "estimate house.dp --category slight --at H1",
     "estimate_json": "estimate part.dp --category 2 --json --confidence 0.8",
+    "estimate_all": "estimate house.dp --at 5mm",
     "compare": "compare house.dp weak.dp --category 1 --at 4mm",
     "compare_json": "compare house.dp weak.dp --category 2 --json",
     "fragility": "fragility part.dp --bootstrap 30 --goodness 20 --full",
@@ -109,8 +110,8 @@ def test_sentences_are_their_list() -> None:
         found = Exceedance(e, **dict(zip(Exceedance._fields[1:], (3, 0.1, 0.2, 5))))
         other = Alternative("dry", found._replace(estimate=e._replace(value=0.3)), 7.0)
         wet = Alternative("wet", found._replace(estimate=e._replace(value=0.05)), 12.0)
-        lines += estimate_lines([Alternative("", found, 40.0), other, wet], 2, 0.008)
-        lines += estimate_lines([Alternative("", found._replace(failed=0, not_followed=0), 40.0)], 2, 0.008)
+        lines += estimate_lines([Alternative("", found, 40.0), other, wet], 2, "8 mm")
+        lines += estimate_lines([Alternative("", found._replace(not_followed=0), 40.0)], 2, "8 mm", True)
     levels = (Level(3e-3, 0.1, 0.2, np.nan), Level(1e-3, 0.12, 0.3, 0.45))
     subset = SubsetEstimate(2e-3, 0.3, 1e-3, 4e-3, 0.9, levels, 900, True, np.empty((0, 2)), np.empty(0))
     below = subset._replace(reached=False)

@@ -99,7 +99,7 @@ def test_report_of_a_study(failed: tuple[int, ...], missing: range, tmp_path: Pa
     file = write_report(folder, tmp_path / "r.html", replay=False, bootstrap=20)
     root = check_page(file.read_text(encoding="utf-8"))
     sections = [e.get("id") for e in root.iter(f"{HTML}section")]
-    assert sections == ["damage", "fragility", "influences", "limits", "caveats", "inputs", "run", "quality", "files"]
+    assert sections == ["damage", "fragility", "limits", "caveats", "inputs", "run", "quality", "files"]
     figures = [e.get("id") for e in root.iter(f"{HTML}figure")]
     assert figures == ["figure-fragility", "figure-shares", "figure-widths"]
     notes = ["".join(e.itertext()) for e in root.iter(f"{HTML}p") if e.get("class") == "warning"]
