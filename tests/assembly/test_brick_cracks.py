@@ -12,7 +12,9 @@ from damagepred.assembly.brick_cracks import BrickWatch, brick_cautions, brick_j
 from damagepred.enumerations import ContactKind, ContactState
 from damagepred.scene import BlockMaterial, Load, Loading, Support
 from damagepred.solvers import solve_path
+from damagepred.solvers.quasi_static.continuation import Continuation, _Trial
 from damagepred.solvers.quasi_static.elimination_tree import EliminationTree
+from damagepred.solvers.quasi_static.step_control import StepControl
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 STRONG = Joint(tensile_strength=1e9, cohesion=1e9)
@@ -139,6 +141,24 @@ def test_halves_that_hold_cost_little_more_than_whole_bricks(blocks: str) -> Non
         entries.append(EliminationTree.of(system, None).matrix_entries)
     assert iterations[1] <= 1.3 * iterations[0], iterations
     assert entries[1] <= 3 * entries[0], entries
+
+
+@pytest.mark.parametrize(("mode", "share", "cuts"), [("all", 0.9, 0), ("all", 1.1, 1), ("none", 0.9, 1)])
+def test_beyond_a_jump_an_overloaded_middle_fails_without_shorter_steps(
+    mode: Literal["all", "none"], share: float, cuts: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each shorter step would seek the equilibrium before the jump in vain, and relax the wall once more."""
+    scene = replace(HOGGING, wall=Wall(length=0.96, height=0.3, thickness=0.1), solver=Solver(brick_cracks=mode))
+    path = Continuation(assembly.wall_model(scene), scene.solver)
+    monkeypatch.setattr(path.equilibrium, "largest_bond_load", lambda state: 1.5)
+    monkeypatch.setattr(path.equilibrium, "event_share", lambda state, aim: 0.5)
+    monkeypatch.setattr(path, "_commit_within_energy_error", lambda *step: True)
+    monkeypatch.setattr(path, "_redistribute_failures", lambda state, ratio: (state, 0.0))
+    control = StepControl.start(path.state, (path.state.load, 1.0), path.options, False)
+    target = path.state.load, share * control.shortest_halved_step
+    distant = path.state.at(*target)
+    state, _, _ = path._end_step(path.state, target, _Trial(distant, 0.0, path.state), control)
+    assert (state is distant, control.event_cuts) == (cuts == 0, cuts)
 
 
 @pytest.mark.parametrize("beam", ["none", "free"])

@@ -42,7 +42,8 @@ class BondFailures:
         self._share_per_opening = area / (area.sum(axis=1) * (law.critical_opening - kappa_0)[softens])[:, None]
         self._longest = (law.critical_opening - kappa_0)[softens, None]
         self.can_reclose = bool(self._recloses.any())
-        self.depend_on_stress = bool((self._dilates | self._fails_in_shear).any())
+        self.fail_in_shear = bool(self._fails_in_shear.any())
+        self.depend_on_stress = self.fail_in_shear or bool(self._dilates.any())
 
     def __copy__(self) -> BondFailures:
         """Copy whose masks change independently; ``broken_at`` is replaced, never changed."""
@@ -51,10 +52,7 @@ class BondFailures:
         return other
 
     def fail_together(self, load: FloatArray, heaviest: float, cracked: BoolArray) -> BoolArray:
-        """Mask (m, q) of the bonds that fail with the most loaded one: as loaded, or weak and overloaded.
-
-        ``load`` are all bond loads, ``heaviest`` is the largest; ``cracked`` is flat.
-        """
+        """Mask (m, q) of the bonds that fail with the most loaded one: as loaded, or weak and overloaded."""
         options = self.options
         broken = load >= heaviest * (1.0 - options.simultaneous_failures)
         if self.any_weak:

@@ -141,10 +141,7 @@ class Continuation:
         return again
 
     def commit(self, state: State, unstable: bool, snapped: bool = False) -> None:
-        """Commit an equilibrium: update its history variables, ``bonds`` and ``balance``.
-
-        ``unstable``: found at constant load, after bonds failed or the wall snapped through; this releases energy.
-        """
+        """Commit an equilibrium, at constant load if ``unstable``: update its history, ``bonds`` and ``balance``."""
         model, superelements = self.model, self.equilibrium.superelements
         joints, on_ground = self.equilibrium.commit_joint_history(state, self.bonds.never_opened)
         if snapped or not self.equilibrium.plain:
@@ -229,10 +226,7 @@ class Continuation:
         return _Trial(*self._find_distant(state, trial, ahead, newton_only, collapse_known))
 
     def _bracket_collapse(self, state: State, target: Point, trial: _Trial, control: StepControl) -> bool:
-        """Take a target without equilibrium as collapse; return whether that locates the collapse.
-
-        The path then ends in the collapsed wall. Otherwise the step is halved towards the last equilibrium.
-        """
+        """Take a target without equilibrium as collapse; return whether that locates the collapse."""
         known = control.collapse_point is not None
         detached = [s for s in (trial.state, trial.unconverged) if is_detached(self.model, s)]
         if detached or control.collapsed_state is None:
@@ -248,7 +242,9 @@ class Continuation:
         """
         options, step = self.options.continuation, state.distance(target)
         heaviest = self.equilibrium.largest_bond_load(trial.state)
-        at_event = heaviest <= 1.0 + options.event_tolerance or step <= control.minimum_event_step
+        # beyond a jump no shorter step comes nearer to the event that fails the middles of bricks in shear
+        located = trial.snapped and self.bonds.fail_in_shear and step <= control.shortest_halved_step
+        at_event = heaviest <= 1.0 + options.event_tolerance or step <= control.minimum_event_step or located
         if self.bonds.any_weak and not at_event:
             at_event = self.bonds.at_event(self.equilibrium.bond_load)
         if at_event and not self._commit_within_energy_error(trial.state, step, trial.snapped, control):
