@@ -45,7 +45,12 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
             os.fsync(stream.fileno())
         temporary.chmod(0o644)
         temporary.replace(path)
-        _sync_folder(path.parent)
+        with contextlib.suppress(OSError):  # some systems cannot open a folder; the rename must do
+            folder = os.open(path.parent, os.O_RDONLY)
+            try:
+                os.fsync(folder)
+            finally:
+                os.close(folder)
     except OSError as error:
         raise StudyError(f"{path}: could not be written: {_reason(error)}") from error
     except RuntimeError as error:  # the netCDF library's word for a full disk
@@ -96,15 +101,6 @@ def check_output(path: str | Path, *suffixes: str, inputs: Iterable[Path] = (), 
             raise OSError(errno.ENOSPC, "")
     except OSError as error:
         raise StudyError(f"{path}: cannot be written: {_reason(error)}") from error
-
-
-def _sync_folder(folder: Path) -> None:
-    with contextlib.suppress(OSError):  # some systems cannot open a folder; the rename must do
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
 
 
 def _reason(error: OSError) -> str:

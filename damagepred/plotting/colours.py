@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -11,14 +11,13 @@ import numpy as np
 import xarray as xr
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, Colormap, LinearSegmentedColormap, ListedColormap, Normalize
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from damagepred.archive.schema import flag_name
 from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable, load_table
-from damagepred.plotting.sheet import MM, figure_of, plain_number, small, verbatim
+from damagepred.plotting.sheet import MM, plain_number, small, verbatim
 from damagepred.results.rejudge import archived_rules
 
 CATEGORY_COLOURS = ("#8f8f8f", "#f0ab00", "#e4600f", "#b3152b", "#5c0f55", "#000000")
@@ -70,16 +69,6 @@ def width_colours(table: DamageTable) -> tuple[ListedColormap, BoundaryNorm]:
     boundaries = [0.0, *limits, 2.0 * limits[-1]]
     colours = ListedColormap(list(CATEGORY_COLOURS[: len(limits) + 1]), name="damage categories")
     return colours, BoundaryNorm(boundaries, colours.N, clip=True)
-
-
-def movement_bar(axes: Sequence[Axes], movement: FloatArray, name: str) -> Callable[[float], tuple[float, ...]]:
-    """Add a colour bar of the movement beside axes; the function returned gives the colour of each movement (mm)."""
-    # viridis without its yellow, which does not show on white
-    shades = colormaps["viridis"]([0.9 - 0.9 * i / 20 for i in range(21)])
-    colours = LinearSegmentedColormap.from_list("movement", shades)
-    norm = Normalize(0.0, max(float(movement.max()), 1e-9))
-    figure_of(axes[0]).colorbar(ScalarMappable(norm, colours), ax=list(axes), pad=0.02).set_label(f"{name} (mm)")
-    return lambda value: colours(norm(value))
 
 
 def table_of(ds: xr.Dataset) -> DamageTable:

@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgba_array
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap, Normalize, to_rgba_array
 from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
 
@@ -225,11 +225,14 @@ def _draw_along(
     """Draw values (increments, places) along the wall (m) at some increments."""
     ax = sheet.axes_or_new(ax, 9.0, 4.0)
     movement = ds[movement_measure(ds)].values * sheet.MM
-    colour = colours.movement_bar([ax], movement, movement_words(ds))
+    # viridis without its yellow, which does not show on white
+    shades = LinearSegmentedColormap.from_list("movement", colormaps["viridis"](np.linspace(0.9, 0.0, 21)))
+    scale = ScalarMappable(Normalize(0.0, max(float(movement.max()), 1e-9)), shades)
+    sheet.figure_of(ax).colorbar(scale, ax=[ax], pad=0.02).set_label(f"{movement_words(ds)} (mm)")
     ax.axhline(0.0, color="black", linewidth=0.8)
     for step in sheet.spread_evenly(len(movement), MOST_LINES):
         for piece in pieces or [np.arange(len(x))]:
-            ax.plot(x[piece], rows[step, piece], color=colour(movement[step]), linewidth=1.4)
+            ax.plot(x[piece], rows[step, piece], color=scale.to_rgba(movement[step]), linewidth=1.4)
     ax.set_xlim(float(ds["vertex_x"].min()), float(ds["vertex_x"].max()))
     ax.set_xlabel("along the wall (m)")
     ax.set_ylabel(label)

@@ -171,8 +171,16 @@ def _table(own: Rules, table: str | Path | DamageTable | None, plasterboard: boo
         return own.table
     if isinstance(table, DamageTable):
         plain = table
+    elif table is not None and str(table).endswith(".toml"):  # or own states, as a scene has them under [damage]
+        content = read_toml(table)
+        given = content.get("damage", content)
+        if isinstance(given, dict) and "state" in given:
+            states = {key: value for key, value in given.items() if key in ("state", "function")}
+            plain = Rules.from_settings(**asdict(build(Damage, states, str(table)))).table
+        else:
+            plain = read_table(table)
     elif table is not None:
-        plain = _table_of_file(Path(table)) if str(table).endswith(".toml") else load_table(str(table))
+        plain = load_table(str(table))
     elif own.table.measures:
         raise InputError("plasterboard: own damage states have no such allowance; leave it out, or give a table.")
     else:
@@ -180,16 +188,6 @@ def _table(own: Rules, table: str | Path | DamageTable | None, plasterboard: boo
     eased = own.table.name != plain.name and own.table.name.startswith(plain.name)
     wanted = eased if plasterboard is None else plasterboard
     return plain.with_plasterboard() if wanted else plain
-
-
-def _table_of_file(path: Path) -> DamageTable:
-    """Damage table of a file, or own states as a scene has them under ``[damage]``."""
-    content = read_toml(path)
-    given = content.get("damage", content)
-    if not isinstance(given, dict) or "state" not in given:
-        return read_table(path)
-    damage = build(Damage, {key: value for key, value in given.items() if key in ("state", "function")}, str(path))
-    return Rules.from_settings(**asdict(damage)).table
 
 
 # -- one wall, from its contacts -------------------------------------------------------------------------------------
