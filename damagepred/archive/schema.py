@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -191,6 +191,12 @@ def category_label(ds: xr.Dataset, category: int, variable: str = "damage_catego
 
 FLAG_FILL = np.int8(-1)
 """Value of an unknown flag."""
+
+
+def require(ds: xr.Dataset, names: Iterable[str], result: str) -> None:
+    """Check that a dataset has some variables or dimensions; ``result``: the result that has them."""
+    if missing := [name for name in names if name not in ds.variables and name not in ds.dims]:
+        raise InputError(f"the dataset has no variable '{missing[0]}'; give {result}.")
 
 
 def is_dynamic(ds: xr.Dataset) -> bool:

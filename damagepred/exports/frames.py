@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import CATEGORY_VARIABLES, VARIABLES
+from damagepred.archive.schema import CATEGORY_VARIABLES, VARIABLES, require
 from damagepred.enumerations import SampleStatus, flag_meanings
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
@@ -35,7 +34,7 @@ def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
     >>> list(damagepred.curves_frame(curves).index.names)
     ['category', 'intensity']
     """
-    require_results(curves, ("category", "intensity", "probability"), "fit_fragility")
+    require(curves, ("category", "intensity", "probability"), "the result of fit_fragility")
     points = [n for n in curves.data_vars if set(curves[n].dims) == {"category", "intensity"}]
     frame = curves[points].to_dataframe()
     if "fit_status" in curves:
@@ -62,7 +61,7 @@ def parameters_frame(curves: xr.Dataset) -> pd.DataFrame:
     >>> exports.parameters_frame(curves)["reached"].to_dict()
     {1: 24, 2: 24, 3: 12, 4: 0}
     """
-    require_results(curves, ("category", "median"), "fit_fragility")
+    require(curves, ("category", "median"), "the result of fit_fragility")
     return curves[[n for n in curves.data_vars if curves[n].dims == ("category",)]].to_dataframe()
 
 
@@ -83,7 +82,7 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     >>> len(walls), walls["status"].unique().tolist()
     (24, ['complete'])
     """
-    require_results(ds, ("sample", "status"), "open_study")
+    require(ds, ("sample", "status"), "the result of open_study")
     # values per joint are no column of a table of walls
     alone = [n for n in ds.data_vars if ds[n].dims == ("sample",)]
     frame = ds[alone].reset_coords(drop=True).to_dataframe()
@@ -136,12 +135,6 @@ def frame(ds: xr.Dataset) -> pd.DataFrame:
     return ds[of_increments].to_dataframe()
 
 
-def require_results(ds: xr.Dataset, names: Iterable[str], source: str) -> None:
-    """Refuse a dataset without variables or coordinates that ``source`` provides."""
-    if missing := [name for name in names if name not in ds.variables and name not in ds.dims]:
-        raise InputError(f"the dataset has no {missing[0]}; take one that {source} returns.")
-
-
 @checked
 def to_arviz(ds: xr.Dataset) -> Any:
     """Study in the groups of ArviZ; all samples, also failed and missing ones, are draws of one chain.
@@ -166,7 +159,7 @@ def to_arviz(ds: xr.Dataset) -> Any:
         import arviz
     except ImportError:
         raise InputError("to_arviz needs ArviZ; install it with `pip install damagepred[arviz]`.") from None
-    require_results(ds, ("sample", "status"), "open_study")
+    require(ds, ("sample", "status"), "the result of open_study")
     names: dict[str, list[str]] = {"prior": [], "prior_predictive": [], "sample_stats_prior": []}
     for name in map(str, ds.data_vars):
         of_sample = name in VARIABLES and VARIABLES[name].dims == ("sample",) and not name.startswith("end_")

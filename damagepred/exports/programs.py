@@ -24,6 +24,7 @@ import xarray as xr
 from scipy import special
 
 from damagepred.archive.files import check_output, write_text, write_whole
+from damagepred.archive.schema import require
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.text import csv_safe, without_controls
@@ -105,9 +106,7 @@ def limit_states(
     curves: xr.Dataset, program: str, categories: Sequence[int | str] | None = None, extrapolated: bool = False
 ) -> xr.Dataset:
     """Curves of some categories, lowest first, none without a curve and no two that cross; ``state``: their names."""
-    for name in ("median", "dispersion", "fit_status", "intensity", "category"):
-        if name not in curves.variables:
-            raise InputError(f"the dataset has no variable '{name}'; exports need curves of damagepred.fit_fragility.")
+    require(curves, ("median", "dispersion", "fit_status", "intensity", "category"), "the result of fit_fragility")
     if curves.attrs.get("model") == "empirical":
         raise InputError("model = 'empirical': has no medians and dispersions to export; fit 'separate' or 'common'.")
     available = [int(c) for c in curves["category"].values]

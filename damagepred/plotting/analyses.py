@@ -12,7 +12,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.path import Path
 
 from damagepred.analyses.posterior_tables import measures, odds_in_words
-from damagepred.archive.schema import flag_name
+from damagepred.archive.schema import flag_name, require
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.bond import lay_bricks
 from damagepred.inputs.arguments import checked
@@ -50,7 +50,7 @@ def draw_comparison(
     >>> len(axes)
     2
     """
-    sheet.require(comparison, ("probability", "difference", "difference_lower"), "a comparison of studies")
+    require(comparison, ("probability", "difference", "difference_lower"), "a comparison of studies")
     upper, lower = sheet.several_or_new(axes, 2, 8.0, 7.5)
     category = int(comparison["category"][0]) if category is None else category_number(comparison, category)
     chosen = comparison.sel(category=category)
@@ -109,7 +109,7 @@ def draw_sensitivity(shares: xr.Dataset, axes: Sequence[Axes] | None = None) -> 
     >>> len(axes)
     2
     """
-    sheet.require(shares, ("spearman", "partial", "first_order"), "what study_sensitivity returns")
+    require(shares, ("spearman", "partial", "first_order"), "the result of study_sensitivity")
     order = np.argsort(np.abs(shares["spearman"].values))
     inputs = shares.isel(variable=order)
     names = [str(n).replace(".", ", ").replace("_", " ") for n in inputs["variable"].values]
@@ -169,7 +169,7 @@ def draw_design_search(search: xr.Dataset, axes: Sequence[Axes] | None = None) -
     2
     """
     quantity = str(search.attrs.get("quantity", "probability"))
-    sheet.require(search, ("cost", quantity, "decision", "value"), "a design search")
+    require(search, ("cost", quantity, "decision", "value"), "a design search")
     by_cost = quantity == "expected_cost"
     upper, lower = sheet.several_or_new(axes, 2, 8.0, 7.5)
     for code, word in enumerate(_WORDS[quantity]):
@@ -216,7 +216,7 @@ def draw_portfolio(street: xr.Dataset, ax: Axes | None = None) -> Axes:
     >>> street = damagepred.assess_portfolio("houses.csv", "house.toml", "street.portfolio")
     >>> axes = damagepred.plotting.draw_portfolio(street)
     """
-    sheet.require(street, ("probability", "walls"), "a portfolio")
+    require(street, ("probability", "walls"), "a portfolio")
     probability = street["probability"].transpose("house", "category").values
     order = np.array([k for k in most_damaged_first(street) if np.isfinite(probability[k]).all()], dtype=np.int64)
     named = len(order) <= MOST_NAMES
@@ -273,7 +273,7 @@ def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None
     >>> len(damagepred.plotting.draw_back_analysis(damagepred.infer("house.dp", seen)))
     1
     """
-    sheet.require(posterior, ("posterior", "movement", "movement_measure", "posterior_odds"), "a back-analysis")
+    require(posterior, ("posterior", "movement", "movement_measure", "posterior_odds"), "a back-analysis")
     axes = sheet.several_or_new(axes, 2 if "crack_probability" in posterior else 1, 8.0, 7.5)
     shown, largest = measures(posterior), posterior["movement_largest"].values
     warning = "" if posterior["resembles"].values.any() else "NO STORED SAMPLE RESEMBLES THE OBSERVATIONS"
@@ -382,7 +382,7 @@ def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
 
 def draw_scales(scales: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the share of states that each pair of scales judges alike: both beyond their first limits, or both below."""
-    sheet.require(scales, ("agreement", "share_reached"), "a comparison of scales")
+    require(scales, ("agreement", "share_reached"), "a comparison of scales")
     ax = sheet.axes_or_new(ax, 10.0, 8.0)
     shares = scales["agreement"].values
     ax.imshow(shares, vmin=0.0, vmax=1.0, cmap="Greys", aspect="auto")

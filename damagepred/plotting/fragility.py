@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter
 
-from damagepred.archive.schema import flag_name
+from damagepred.archive.schema import flag_name, require
 from damagepred.arrays import IntArray
 from damagepred.damage import construction_limits
 from damagepred.formatting import counted, ratio
@@ -75,7 +75,7 @@ def draw_fragility(
     """
     if "second" in curves.dims:
         return _draw_surface(curves, ax)
-    sheet.require(curves, _CURVES, "fragility curves as `damagepred.fit_fragility` returns them")
+    require(curves, _CURVES, "fragility curves of `damagepred.fit_fragility`")
     ax = sheet.axes_or_new(ax, 9.0, 6.0)
     in_metres = curves["intensity"].attrs.get("units") == "m"
     scale = sheet.MM if in_metres else 1.0
@@ -242,7 +242,7 @@ def _title(curves: xr.Dataset) -> tuple[str, str]:
 
 def _draw_surface(surface: xr.Dataset, ax: Axes | None) -> Axes:
     """Draw a surface: movement across, second variable upwards, probability in colours."""
-    sheet.require(surface, _SURFACE, "a fragility surface as `damagepred.fit_surface` returns it")
+    require(surface, _SURFACE, "a fragility surface of `damagepred.fit_surface`")
     ax = sheet.axes_or_new(ax, 8.5, 6.0)
     in_metres = surface["intensity"].attrs.get("units") == "m"
     scale = sheet.MM if in_metres else 1.0

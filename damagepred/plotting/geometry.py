@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from damagepred.archive.schema import require
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.damage.joints import JointMap
@@ -248,7 +249,7 @@ class Deformed:
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int, exaggeration: float | None) -> Deformed:
         """Wall at the increment with that position; by default with a round factor on displacements."""
-        sheet.require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
+        require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
         steps = ds.sizes["increment"]
         if not -steps <= increment < steps:
             raise InputError(

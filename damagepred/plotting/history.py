@@ -8,12 +8,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from damagepred.archive.schema import is_dynamic
+from damagepred.archive.schema import is_dynamic, require
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.inputs.arguments import checked
 from damagepred.plotting import colours
 from damagepred.plotting.colours import CATEGORY_COLOURS, DPC_COLOUR, FOOTING_GAP_COLOUR
-from damagepred.plotting.sheet import MM, axes_or_new, label_movement, legend_below, require, set_title, title_of
+from damagepred.plotting.sheet import MM, axes_or_new, label_movement, legend_below, set_title, title_of
 from damagepred.results.house import is_house
 from damagepred.results.rejudge import has_dpc, shown_gaps
 from damagepred.uq.intensity import movement_measure, movement_words

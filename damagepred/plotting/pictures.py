@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from damagepred.archive.files import PICTURES, check_output, write_whole
-from damagepred.archive.schema import is_dynamic
+from damagepred.archive.schema import is_dynamic, require
 from damagepred.inputs.arguments import checked
 from damagepred.plotting import sheet
 from damagepred.plotting.analyses import (
@@ -151,7 +151,7 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     ['fragility.png', 'crack_widths.png', 'category_shares.png']
     """
     check_output(folder)
-    sheet.require(ds, ("damage_category", "status"), "a study as `damagepred.open_study` returns it")
+    require(ds, ("damage_category", "status"), "a study of `damagepred.open_study`")
     sheets = {"fragility.png": sheet.figure_of(draw_fragility(fit_fragility(ds, goodness=GOODNESS)))}
     if ds["damage_category"].ndim == 2:
         sheets["crack_widths.png"] = sheet.figure_of(draw(ds, "crack_width_max"))

@@ -130,13 +130,6 @@ def shown_unit(units: str) -> tuple[float, str]:
     return factor, f" ({unit})" if unit else ""
 
 
-def require(ds: xr.Dataset, names: Iterable[str], result: str) -> None:
-    """Check that a dataset has the variables of a drawing."""
-    missing = [name for name in names if name not in ds.variables]
-    if missing:
-        raise InputError(f"the dataset has no variable '{missing[0]}'; this drawing needs {result}.")
-
-
 def verbatim(text: str) -> str:
     """Text of a user as it is drawn: a dollar sign begins no formula, control characters are left out."""
     return without_controls(text).replace("$", r"\$")

@@ -8,12 +8,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.ticker import MaxNLocator
 
-from damagepred.archive.schema import is_dynamic
+from damagepred.archive.schema import is_dynamic, require
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.joints import JointMap
 from damagepred.errors import InputError
 from damagepred.plotting.geometry import Deformed, corners, polygons
-from damagepred.plotting.sheet import MPA, require
+from damagepred.plotting.sheet import MPA
 from damagepred.scene.scene import archived_scene
 
 STRESSES = {

@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from damagepred.archive.schema import require
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import SampleStatus
@@ -30,7 +31,7 @@ FEWEST = 0.8
 """Share of the walls that must count for quantiles over them to be drawn."""
 
 _NEEDED = ("damage_category", "status")
-_STUDY = "a study as `damagepred.open_study` returns it"
+_STUDY = "a study of `damagepred.open_study`"
 
 
 class Paths(NamedTuple):
@@ -82,7 +83,7 @@ def common_paths(ds: xr.Dataset, points: int = 121, width_name: str = "crack_wid
 
 def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
     """Draw a variable of every wall against the movement, with quantiles as far as four of five walls count."""
-    sheet.require(ds, (*_NEEDED, variable), _STUDY)
+    require(ds, (*_NEEDED, variable), _STUDY)
     paths = common_paths(ds, width_name=variable)
     ax = sheet.axes_or_new(ax, 9.0, 5.5)
     table, of_cracks = colours.table_of(ds), variable.startswith("crack_")
@@ -165,7 +166,7 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     >>> ax.get_xlabel()
     'central deflection (mm)'
     """
-    sheet.require(ds, (*_NEEDED, "crack_width_max"), _STUDY)
+    require(ds, (*_NEEDED, "crack_width_max"), _STUDY)
     paths = common_paths(ds)
     ax = sheet.axes_or_new(ax, 9.0, 5.5)
     x, highest = paths.movement * sheet.MM, highest_of(ds)

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.interpolate import PchipInterpolator
 
+from damagepred.archive.schema import require
 from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable
 from damagepred.damage.cracks import HAIRLINE
@@ -61,7 +62,7 @@ def draw_wall(
     >>> ax.get_xlabel(), ax.get_ylabel()
     ('along the wall (m)', 'height (m)')
     """
-    sheet.require(ds, ("damage_category",), "the result of one wall with all its fields (`damagepred solve`)")
+    require(ds, ("damage_category",), "the result of one wall with all its fields (`damagepred solve`)")
     wall = Deformed.of(ds, increment, exaggeration)
     ax = sheet.axes_or_new(ax, 10.0, wall.sheet_height(2.9))
     if wall.footing.any():

@@ -20,6 +20,7 @@ from damagepred.archive.schema import (
     VARIABLES,
     WORST_CATEGORY,
     name_categories,
+    require,
 )
 from damagepred.arrays import BoolArray, FloatArray, Int8Array
 from damagepred.damage import (
@@ -114,9 +115,7 @@ def judge_again(
     >>> bool((by_band["damage_category"] >= ds["damage_category"]).all())
     True
     """
-    for name in ("damage_category", "crack_width_max"):
-        if name not in ds:
-            raise InputError(f"the dataset has no variable '{name}'; a wall or a study can be judged again.")
+    require(ds, ("damage_category", "crack_width_max"), "a wall or a study")
     own = archived_rules(ds)
     wanted: dict[str, Any] = {"count_rule": count_rule, "group_distance": group_distance, "group_count": group_count}
     wanted |= {"dpc_threshold": dpc_threshold, "footing_threshold": footing_threshold, "measure": measure}

@@ -32,7 +32,7 @@ def test_inputs_are_the_prior_and_results_its_predictions(tmp_path: Path) -> Non
         found = tree[group][name]
         assert found.dims[:2] == ("chain", "draw")
         assert (found.values[0] == study[name].values).sum() == study[name].notnull().sum()
-    with pytest.raises(InputError, match="the dataset has no sample"):
+    with pytest.raises(InputError, match="the dataset has no variable 'sample'"):
         damagepred.to_arviz(study.isel(sample=0, drop=True))
 
 
