@@ -67,7 +67,7 @@ FIRST_KEYS = {
     "opening.x opening.y opening.width opening.height control_joint.x",
     "dpc, loads": "dpc.course dpc.friction loads.roof load.line_load load.y",
     "mortar": "joint.tensile_strength joint.cohesion joint.friction joint.normal_stiffness",
-    "footing": "footing.width footing.depth footing.concrete.grade footing.concrete.bottom",
+    "footing": "footing.width footing.depth footing.concrete.grade footing.concrete.bottom footing.concrete.top",
     "movement": "movement.shape movement.kind movement.central_deflection movement.increments",
     "ground": "mound.shape mound.surface_movement mound.suction_depth mound.position mound.reach "
     "soil.swelling_stiffness soil.shrinking_stiffness",
