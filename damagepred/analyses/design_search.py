@@ -32,9 +32,8 @@ from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import read_toml
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
-from damagepred.scene.described import described
+from damagepred.scene.described import build, described
 from damagepred.scene.quantity import Count, Pure
-from damagepred.scene.reading import build
 from damagepred.uq.exceedance import category_capacities, known_hits, wanted_movement
 from damagepred.uq.intensity import attributes, chosen_intensity
 from damagepred.uq.movement_distribution import movement_distribution

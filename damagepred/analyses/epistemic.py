@@ -15,7 +15,7 @@ from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError, nearest
 from damagepred.results.house import study_of
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.scene.reading import build, plain
+from damagepred.scene.described import build, plain
 from damagepred.uq.design import density_ratio
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.exceedance import Exceedance, exceedance

@@ -34,7 +34,7 @@ from damagepred.inputs.arguments import checked
 from damagepred.runtime.numpy_defaults import numpy_defaults
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
-from damagepred.scene.reading import plain
+from damagepred.scene.described import plain
 from damagepred.solvers.options import SolverOptions
 
 MOST_VALUES = 25_000_000  # limit of the values of joints in a design (200 MB); they follow from the seed

@@ -6,9 +6,10 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,17 +18,17 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import NO_LIMITS, Limits, Model, wall_cost
 from damagepred.campaign.sample import sample_of
 from damagepred.campaign.settings import StudySettings
-from damagepred.campaign.site_classes import site_line
 from damagepred.campaign.warm_up import warm_up
+from damagepred.enumerations import LOCAL
 from damagepred.errors import InputError, SolverError, require_number
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import read_toml
 from damagepred.one_wall.judged_path import Step, matrix_bytes, model_of
 from damagepred.one_wall.solve import solve
-from damagepred.scene import House, Scene
+from damagepred.scene import House, Scene, SoilLayer, Suction, site_class, site_classes, surface_movement
 from damagepred.scene.accuracy import PRESETS, Measured, measured, preset
 from damagepred.scene.assumed import ground_line
-from damagepred.scene.scene import STUDY_KEYS
+from damagepred.scene.scene import STUDY_KEYS, step_names
 from damagepred.scene.what_moves import what_moves
 
 MOST_SAMPLES = 10**9  # largest number of samples: the points of a scrambled Sobol sequence
@@ -270,3 +271,54 @@ def _elsewhere(quantity: str, rows: list[Measured]) -> str:
 
 def _percent(share: float) -> str:
     return "0 %" if share < 5e-6 else f"{100 * share:.2g} %"
+
+
+DRAWN = 1024  # draws of the soil, if a study has fewer samples
+
+
+def surface_movements(settings: StudySettings, samples: int) -> list[float]:
+    """Characteristic surface movement y_s of each sample of a study with a soil log (m)."""
+    scene, values = settings.scene, settings.design().wall_values(samples)
+
+    def drawn(table: str, field: str, given: float, sample: int) -> float:
+        return float(values[key][sample]) if (key := f"{table}.{field}") in values else given
+
+    def of_sample(i: int) -> float:
+        layers = [
+            SoilLayer(
+                thickness=drawn(f"soil_layer.{n}", "thickness", layer.thickness, i),
+                shrink_swell_index=drawn(f"soil_layer.{n}", "shrink_swell_index", layer.shrink_swell_index, i),
+            )
+            for n, layer in zip(step_names(scene.soil_layer), scene.soil_layer)
+        ]
+        given = scene.suction or Suction()
+        names = ("change", "cracked_share", "restraint", "restraint_depth")
+        values: dict[str, Any] = {name: drawn("suction", name, getattr(given, name), i) for name in names}
+        suction = replace(given, **values)
+        return surface_movement(layers, suction, drawn("mound", "suction_depth", scene.mound.suction_depth, i))
+
+    return [of_sample(i) for i in range(samples)]
+
+
+def site_line(scene: Scene, settings: StudySettings | None = None) -> str | None:
+    """y_s, site class and probability of each class of a soil log, in a sentence; None without a log."""
+    if not scene.soil_layer:
+        return None
+    suction, depth = scene.suction or Suction(), scene.mound.suction_depth
+    y_s = surface_movement(scene.soil_layer, suction, depth)
+    at_tree = scene.mound.shape in ("tree", "pipe")  # local movements have no site class
+    line = f"soil log: {LOCAL[scene.mound.shape] if at_tree else 'y_s'} = {1e3 * y_s:.0f} mm"
+    line += "" if at_tree else f", site class {site_class(y_s).name}"
+    if suction.below_log and (end := sum(layer.thickness for layer in scene.soil_layer)) < depth:
+        below = "the last layer goes on" if suction.below_log == "extend" else "nothing moves"
+        line += f"; below the log, from {end:g} to {depth:g} m, {below} (suction.below_log)"
+    soil = ("soil_layer", "suction")
+    keys = settings.variables if settings is not None else ()
+    uncertain = any(key.split(".")[0] in soil or key == "mound.suction_depth" for key in keys)
+    if settings is None or not uncertain or at_tree:
+        return line
+    samples = max(settings.study.samples, DRAWN)
+    classes = [site_class(y).name for y in surface_movements(settings, samples)]
+    shares = {c.name: classes.count(c.name) / samples for c in site_classes()}
+    listed = ", ".join(f"{name} {share:.2g}" for name, share in shares.items() if share > 0)
+    return f"{line} at the means; probability of each class: {listed}"

@@ -23,11 +23,10 @@ from damagepred.inputs.input_files import parse_toml, read_toml
 from damagepred.inputs.text import check_title
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Report, Scene
-from damagepred.scene.described import described
+from damagepred.scene.described import build, described, plain
 from damagepred.scene.material_library import material
 from damagepred.scene.plausibility import require_possible
 from damagepred.scene.quantity import Count, Duration, Pure, to_si
-from damagepred.scene.reading import build, plain
 from damagepred.scene.scene import entry_number, step_names, unchecked_scene
 from damagepred.solvers.options import SolverOptions
 from damagepred.uq.design import Design, Sampler

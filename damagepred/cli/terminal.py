@@ -313,8 +313,8 @@ def quantity(option: str, text: str, unit: str) -> float:
 def fragility_options(file: Path | None) -> FragilityOptions:
     """Read options of a fragility fit from a TOML file; the defaults if there is none."""
     from damagepred.inputs.input_files import read_toml
-    from damagepred.scene.reading import build
-    from damagepred.uq.fragility.options import RETIRED, FragilityOptions
+    from damagepred.scene.described import build
+    from damagepred.uq.fragility.fit import RETIRED, FragilityOptions
 
     if file is None:
         return FragilityOptions()

@@ -33,7 +33,7 @@ from damagepred.results.rejudge import footing_gap_note, has_dpc, judge_again, m
 from damagepred.results.tables import Table, curve_columns, worst_category_columns, year_columns
 from damagepred.uq.exceedance import category_capacities, own_movements
 from damagepred.uq.fragility import fit_fragility
-from damagepred.uq.fragility.options import DEFAULT
+from damagepred.uq.fragility.fit import DEFAULT
 from damagepred.uq.intensity import intensity_values, movement_measure, movement_words
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ from damagepred.results.rejudge import footing_gap_note, has_dpc, measure_in_wor
 from damagepred.results.tables import Table, crack_columns, path_columns
 from damagepred.results.wall_cracks import WallCracks, crack_frame
 from damagepred.scene import Scene
-from damagepred.scene.reading import plain
+from damagepred.scene.described import plain
 from damagepred.scene.scene import archived_scene
 from damagepred.uq.intensity import movement_measure, movement_words
 

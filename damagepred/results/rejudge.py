@@ -46,7 +46,7 @@ from damagepred.inputs.input_files import read_toml
 from damagepred.results.house import is_house, noun, of_all_walls, wall_dataset, wall_names
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Damage
-from damagepred.scene.reading import build
+from damagepred.scene.described import build
 from damagepred.uq.capacity import sample_weights
 
 

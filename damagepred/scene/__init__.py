@@ -24,8 +24,7 @@ from damagepred.scene.site import (
     standard_footings,
     suction_depth,
 )
-from damagepred.scene.soil import Soil
-from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement
+from damagepred.scene.soil import Soil, SoilLayer, Suction, surface_movement
 from damagepred.scene.strain import Creep, Strain
 from damagepred.scene.wall import ControlJoint, Opening, Wall
 

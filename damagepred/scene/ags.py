@@ -17,10 +17,10 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.input_files import read_text
+from damagepred.scene.described import build
 from damagepred.scene.number_table import Column, read_number_table, split_row
 from damagepred.scene.quantity import is_number, to_si
-from damagepred.scene.reading import build
-from damagepred.scene.soil_log import SoilLayer
+from damagepred.scene.soil import SoilLayer
 
 KEYS = ("file", "borehole", "indices")  # keys of an entry of ``[[soil_layer]]`` that names a file
 CODES = ("GEOL_GEOL", "GEOL_GEO2", "GEOL_LEG")  # headings with a code of a layer, in the order of the search

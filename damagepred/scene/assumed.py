@@ -10,7 +10,7 @@ from damagepred.enumerations import LOCAL
 from damagepred.scene.movement_stage import UP, Kind
 from damagepred.scene.scene import Scene
 from damagepred.scene.site import suction_depth
-from damagepred.scene.soil_log import Suction
+from damagepred.scene.soil import Suction
 
 
 def _ground_values(scene: Scene) -> dict[str, str]:

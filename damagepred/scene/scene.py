@@ -20,8 +20,7 @@ from damagepred.enumerations import LOCAL
 from damagepred.errors import InputError, likely_unit, nearest
 from damagepred.inputs.input_files import parse_toml, read_toml
 from damagepred.inputs.text import check_title
-from damagepred.scene import reading
-from damagepred.scene.described import described
+from damagepred.scene.described import build, described, plain, takes_number, unit_of
 from damagepred.scene.dynamics import Dynamics
 from damagepred.scene.input_tables import profiles_in_metres, with_input_tables, with_roof_in_all
 from damagepred.scene.loading import Load, Loading, Support, check_loads, check_test
@@ -35,8 +34,7 @@ from damagepred.scene.quantity import to_si, unit_in
 from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Report, Solver
 from damagepred.scene.settlement import POINTS, signed_size
-from damagepred.scene.soil import Soil
-from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement, with_climate_zone
+from damagepred.scene.soil import Soil, SoilLayer, Suction, surface_movement, with_climate_zone
 from damagepred.scene.strain import Creep, Strain
 from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall, thin_strips
 
@@ -490,7 +488,7 @@ class Scene:
             cls, tables = House, house_tables(tables)
         else:
             tables = with_roof_in_all(tables)
-        scene = reading.build(cls, tables, source)
+        scene = build(cls, tables, source)
         scene._require_consistent(tables, source)
         return scene
 
@@ -521,7 +519,7 @@ class Scene:
 
     def to_dict(self) -> dict[str, Any]:
         """Nested dicts of plain values in SI, without None and empty values."""
-        return reading.plain(self)
+        return plain(self)
 
     def to_toml(self, path: str | Path | None = None) -> str:
         """Scene as TOML, complete with defaults; also written to ``path`` if given."""
@@ -535,14 +533,14 @@ class Scene:
     @classmethod
     def takes_number(cls, place: str) -> bool:
         """Whether a key of a scene can be a real number, such as an optional one."""
-        return reading.takes_number(cls._with_key(place), place.split("."))
+        return takes_number(cls._with_key(place), place.split("."))
 
     @classmethod
     def _with_key(cls, place: str) -> type[Scene]:
         """Class whose tables have a key: a house for a place in a named wall or a corner."""
         from damagepred.scene.house import House
 
-        return next((kind for kind in (House, Scene) if reading.takes_number(kind, place.split("."))), cls)
+        return next((kind for kind in (House, Scene) if takes_number(kind, place.split("."))), cls)
 
     @property
     def _following(self) -> tuple[str, ...]:
@@ -603,7 +601,7 @@ class Scene:
     @cache
     def unit_of(cls, place: str) -> str:
         """SI unit of a number by its key, ``"1"`` for a pure number."""
-        return reading.unit_of(cls._with_key(place), place.split("."))
+        return unit_of(cls._with_key(place), place.split("."))
 
     def with_values(self, values: Mapping[str, float]) -> Scene:
         """Copy with other numbers: SI values by key, such as ``"joint.tensile_strength"`` or ``"opening.1.width"``.
@@ -622,7 +620,7 @@ class Scene:
             table, key = full.split(".")
             for stage in tables["movement"]["stage"]:
                 stage[key] = float(values[full]) * (stage[key] / getattr(getattr(self, table), key))
-        scene = reading.build(type(self), tables, source="sampled scene")
+        scene = build(type(self), tables, source="sampled scene")
         object.__setattr__(scene, "given", self.given)
         return scene
 
@@ -669,7 +667,7 @@ def unchecked_scene(tables: Mapping[str, Any], source: str) -> Scene:
     """Scene or house of its complete tables in SI, without checks of plausibility."""
     from damagepred.scene.house import House
 
-    return reading.build(House if isinstance(tables.get("wall"), list) else Scene, tables, source)
+    return build(House if isinstance(tables.get("wall"), list) else Scene, tables, source)
 
 
 def step_names(items: Sequence[Any]) -> list[str]:

@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import isclose
+from typing import Any, Literal
 
-from damagepred.scene.described import described
+import numpy as np
+from pydantic import Field, model_validator
+from pydantic_core import ArgsKwargs
+
+from damagepred.errors import InputError
+from damagepred.scene.described import described, require_name
 from damagepred.scene.movement_stage import Kind
-from damagepred.scene.quantity import Pure, Stiffness
+from damagepred.scene.quantity import Count, Length, Pure, Stiffness
+from damagepred.scene.site import of_climatic_zone, suction_depth
 
 
 @described
@@ -53,3 +63,155 @@ class Soil:
     def stiffness_along(self, kind: Kind) -> float:
         """Shear stiffness (Pa/m), by default the normal stiffness."""
         return self.stiffness(kind) if self.shear_stiffness is None else self.shear_stiffness
+
+
+ZONES = tuple("123456")  # climatic zones of AS 2870, the wettest first
+
+
+@described
+class SoilLayer:
+    """Layer of a soil log, from the surface down (``[[soil_layer]]``).
+
+    In a scene file an entry may stand for a borehole of an AGS 4 file: with ``file`` and ``borehole`` (LOCA_ID). Its
+    key ``indices`` then names a CSV or xlsx file of shrink-swell indices by geology code or plasticity index.
+
+    Attributes
+    ----------
+    thickness : float
+        Thickness of the layer (m).
+    shrink_swell_index : float
+        I_ss: strain of the soil per unit of suction in pF (1), in laboratory reports in per cent: ``"4 %"``. 0 for
+        sand and rock.
+    name : str or None
+        Name of the layer in keys of variables, such as ``soil_layer.clay.shrink_swell_index``; by default its number,
+        from 1.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> scene.SoilLayer(thickness="0.8 m", shrink_swell_index="4 %").shrink_swell_index
+    0.04
+    """
+
+    thickness: Length = Field(gt=0)
+    shrink_swell_index: Pure = Field(ge=0, le=0.3)
+    name: str | None = None
+
+    @model_validator(mode="after")
+    def _is_named(self) -> SoilLayer:
+        require_name(self, "layer", "clay")
+        return self
+
+
+@described
+class Suction:
+    """Design change of the soil's suction (``[suction]``), read with ``[[soil_layer]]``.
+
+    The change decreases linearly from the surface to 0 at ``mound.suction_depth``.
+
+    Attributes
+    ----------
+    climate_zone : int or None
+        Climatic zone of AS 2870, 1 (wettest) to 6: default of ``mound.suction_depth`` (secondary) and ``change``
+        (assumed), from ``data/ground/site_classes.toml``.
+    change : float
+        Change at the surface (pF). Assumed: 1.2, of temperate climates in AS 2870.
+    cracked_share : float
+        Depth of the cracked zone over the suction depth (1). Assumed. Cracks there let the soil move sideways.
+    restraint : float
+        In the cracked zone the soil moves by I_ss, and below it, restrained at its sides, by alpha I_ss. At depth z
+        alpha = restraint - z / restraint_depth (1). Assumed: 2.0.
+    restraint_depth : float
+        Depth in alpha (m). Assumed: 5 m.
+    below_log : {"extend", "inert"} or None
+        Soil between the end of the log and ``mound.suction_depth``. ``extend``: as the last layer. ``inert``: no
+        movement, as in rock. None: a log that ends too early is refused.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> scene.Suction(change=1.2).cracked_share
+    0.5
+    """
+
+    climate_zone: Count | None = Field(default=None, ge=1, le=6)
+    change: Pure = Field(default=1.2, gt=0, le=5)
+    cracked_share: Pure = Field(default=0.5, ge=0, le=1)
+    restraint: Pure = Field(default=2.0, ge=1)
+    restraint_depth: Length = Field(default=5.0, gt=0)
+    below_log: Literal["extend", "inert"] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_zone(cls, given: Any) -> Any:
+        """Take the change of suction of the climatic zone, unless it is given."""
+        values = given.kwargs if isinstance(given, ArgsKwargs) else given
+        if not isinstance(values, Mapping) or "change" in values or (zone := _zone(values)) is None:
+            return given
+        return {"change": of_climatic_zone("suction_change", zone), **values}
+
+
+def with_climate_zone(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables of a scene with the suction depth of their climatic zone; given values take precedence."""
+    merged, suction, mound = dict(tables), tables.get("suction"), tables.get("mound", {})
+    if isinstance(mound, Mapping) and (zone := _zone(suction)) is not None:
+        merged["mound"] = {"suction_depth": suction_depth(zone), **mound}
+    return merged
+
+
+def _zone(suction: Any) -> int | None:
+    """Climatic zone of a table or object; None if it is missing or invalid."""
+    zone = suction.get("climate_zone") if isinstance(suction, Mapping) else getattr(suction, "climate_zone", None)
+    return int(str(zone)) if str(zone) in ZONES else None
+
+
+def surface_movement(layers: Sequence[SoilLayer], suction: Suction, suction_depth: float) -> float:
+    """Characteristic surface movement y_s of a soil log (m): the sum of alpha I_ss du dh over its depth.
+
+    Parameters
+    ----------
+    layers : sequence of SoilLayer
+        Layers from the surface down.
+    suction : Suction
+        Change of suction, restraint, and soil below the log.
+    suction_depth : float
+        Depth to which the suction changes (m).
+
+    Raises
+    ------
+    InputError
+        If the log ends above the suction depth without ``suction.below_log``.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> clay = scene.SoilLayer(thickness="2 m", shrink_swell_index="4 %")
+    >>> round(1e3 * scene.surface_movement([clay], scene.Suction(change=1.2, cracked_share=1), 2.0))
+    48
+    """
+    bottom = np.cumsum([layer.thickness for layer in layers])
+    if suction.below_log is None:
+        inert, extended = (
+            surface_movement(layers, replace(suction, below_log=below), suction_depth) for below in ("inert", "extend")
+        )
+        if not isclose(inert, extended, rel_tol=1e-9):
+            raise InputError(
+                f"soil_layer: the log ends at {bottom[-1]:g} m, and the suction changes to {suction_depth:g} m "
+                f"(mound.suction_depth): y_s = {1e3 * inert:.3g} mm if nothing moves below the log, "
+                f"{1e3 * extended:.3g} mm if its last layer goes on. Add the layers below, or give suction.below_log = "
+                "'inert' or 'extend'."
+            )
+    elif suction.below_log == "extend":
+        bottom[-1] = max(float(bottom[-1]), suction_depth)
+    cracked = suction.cracked_share * suction_depth
+    unstrained = suction.restraint * suction.restraint_depth  # alpha is 0 below
+    kinks = [0.0, *bottom, cracked, unstrained, suction_depth]
+    ends = np.unique(np.clip(kinks, 0.0, min(float(bottom[-1]), suction_depth)))
+    total = 0.0
+    for top, end in itertools.pairwise(ends):
+        index = layers[int(np.searchsorted(bottom, 0.5 * (top + end)))].shrink_swell_index
+        z = np.array([top, 0.5 * (top + end), end])
+        alpha = np.ones(3) if end <= cracked else np.maximum(suction.restraint - z / suction.restraint_depth, 0.0)
+        strain = index * alpha * suction.change * (1.0 - z / suction_depth)
+        total += float(strain @ [1.0, 4.0, 1.0]) * (end - top) / 6.0  # Simpson's rule: exact for a parabola
+    return total

@@ -11,9 +11,9 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
+from damagepred.scene.described import build, takes_number, unit_of
 from damagepred.scene.number_table import Column, NumberTable, read_number_table
 from damagepred.scene.quantity import to_si
-from damagepred.scene.reading import build, takes_number, unit_of
 
 SAME_POINT = 1e-3  # distance (m) up to which two visits read the same point
 TEXTS = {

@@ -15,8 +15,7 @@ from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.correlation import cholesky, gaussian_correlation, independent_normals, varying
 from damagepred.uq.fields import JointPlaces, WallFields, course_autoregression, innovation_factor
 from damagepred.uq.importance import Drawn, Proposal, draw
-from damagepred.uq.marginals import from_normal
-from damagepred.uq.quantile_table import JointQuantile
+from damagepred.uq.marginals import JointQuantile, from_normal
 from damagepred.uq.samplers import WEIGHT, Stream, generator, unit_points
 from damagepred.uq.variable import Variable
 

@@ -32,8 +32,7 @@ from damagepred.uq.fragility import fit_fragility, fit_lognormal, normalised_wei
 from damagepred.uq.fragility.bands import draw_parameters, effective_reached
 from damagepred.uq.fragility.describe import probability_at
 from damagepred.uq.fragility.estimators import estimators
-from damagepred.uq.fragility.fit import WITH_CURVE, group_intervals
-from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
+from damagepred.uq.fragility.fit import DEFAULT, WITH_CURVE, FragilityOptions, group_intervals
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_words, shown_measure
 from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
 from damagepred.uq.samplers import Stream, generator

@@ -114,7 +114,7 @@ def _distributed(text: str, unit: str) -> MovementDistribution:
         table: dict[str, Any] = tomllib.loads(f"at = {{ {text.strip().strip('{}')} }}")["at"]
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"at = '{text}': is no table of a distribution: {error}.") from None
-    from damagepred.scene.reading import build
+    from damagepred.scene.described import build
 
     marginal = build(Distribution, table, "at").frozen("at", unit)
     points = np.asarray(marginal.ppf((np.arange(POINTS) + 0.5) / POINTS), dtype=np.float64)

@@ -17,9 +17,8 @@ from scipy import special
 
 from damagepred.errors import InputError
 from damagepred.inputs.input_files import read_toml
-from damagepred.scene.described import described
+from damagepred.scene.described import build, described
 from damagepred.scene.quantity import Count, Length, Pure
-from damagepred.scene.reading import build
 from damagepred.scene.survey_tables import SUFFIXES, read_survey, survey_kind
 from damagepred.uq.discrepancy import Discrepancy
 from damagepred.uq.history import Day, History

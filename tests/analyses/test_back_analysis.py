@@ -19,7 +19,7 @@ from damagepred.analyses.stored_walls import StoredWalls, require_on
 from damagepred.campaign.settings import StudySettings
 from damagepred.plotting import draw_back_analysis
 from damagepred.report.back_analysis import posterior_cautions
-from damagepred.scene.reading import build
+from damagepred.scene.described import build
 from damagepred.uq.discrepancy import Discrepancy
 from damagepred.uq.history import PRESENT
 from damagepred.uq.observations import (

@@ -11,7 +11,7 @@ from damagepred.assembly.geometry import refuse_overlaps
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import Scene
-from damagepred.scene.reading import build
+from damagepred.scene.described import build
 from tests.properties.strategies import openings
 
 LENGTHS = st.integers(100, 800).map(lambda v: v / 100)

@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 
 from damagepred.errors import InputError
 from damagepred.scene import Scene
-from damagepred.scene.reading import build
+from damagepred.scene.described import build
 from tests.properties.strategies import scenes
 
 DATA = Path(__file__).resolve().parents[2] / "data"

@@ -12,7 +12,7 @@ import damagepred
 from damagepred.errors import DamagepredError
 from damagepred.one_wall.judged_path import model_of
 from damagepred.scene import BlockMaterial, Joint, Movement, Scene, Solver, Wall
-from damagepred.scene.reading import build
+from damagepred.scene.described import build
 from damagepred.solvers import solve_path
 from tests.properties.statics import Found, energy_made, not_finite, statics
 from tests.properties.strategies import number

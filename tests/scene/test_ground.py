@@ -22,7 +22,7 @@ from damagepred.scene import (
     standard_footings,
     suction_depth,
 )
-from damagepred.scene.reading import build
+from damagepred.scene.described import build
 
 RIG = {"supports": [0.5, "5.5 m"], "jacks": [2.0, 4.0], "support": "lift_off", "control": "load", "jack_load": "8 kN"}
 EVERYTHING = {

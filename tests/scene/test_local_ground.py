@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from damagepred import InputError, Scene, solve
-from damagepred.campaign.site_classes import site_line
+from damagepred.campaign.cost_estimate import site_line
 from damagepred.scene.assumed import ground_cautions
 from damagepred.uq.intensity import movement_words
 from tests.cli.conftest import Run, command

@@ -12,8 +12,8 @@ from damagepred import NO_LIMITS, InputError, Joint, Scene, Wall, solve
 from damagepred.archive.files import read_dataset
 from damagepred.archive.versions import with_defaults_of
 from damagepred.campaign.settings import StudySettings, read_frozen
+from damagepred.scene.described import build
 from damagepred.scene.plausibility import unlikely_values
-from damagepred.scene.reading import build
 from damagepred.scene.scene import archived_scene
 from tests.cli.conftest import Run, command
 

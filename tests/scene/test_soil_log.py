@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from damagepred import Footing, InputError, Movement, Scene
+from damagepred.campaign.cost_estimate import site_line, surface_movements
 from damagepred.campaign.settings import StudySettings
-from damagepred.campaign.site_classes import site_line, surface_movements
 from damagepred.scene import Seasons, SoilLayer, Suction, surface_movement
 from damagepred.scene.assumed import assumed_seasons, ground_line
 

@@ -23,9 +23,8 @@ from scipy import special
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
-from damagepred.uq.fragility.fit import GroupedIntervals
+from damagepred.uq.fragility.fit import FragilityOptions, GroupedIntervals
 from damagepred.uq.fragility.likelihood import LARGEST_DISPERSION, SMALLEST_DISPERSION, Likelihood, likelihood
-from damagepred.uq.fragility.options import FragilityOptions
 
 POSTERIOR_POINTS = 60  # dispersions to either side of the estimate at which the posterior density is computed
 POSTERIOR_DROP = 25.0  # fall of the logarithm of that density from its maximum at which it ends (1)

@@ -24,18 +24,19 @@ from damagepred.uq.fragility.describe import curves_dataset
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator, estimators, fit_grouped
 from damagepred.uq.fragility.fit import (
     AT_START,
+    DEFAULT,
     EXTRAPOLATED,
     FITTED,
     NEVER,
     WITH_CURVE,
     BoundedMedian,
     Fit,
+    FragilityOptions,
     GroupedIntervals,
     StartShare,
     group_intervals,
     reasons_not_fitted,
 )
-from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
 from damagepred.uq.intensity import chosen_intensity
 from damagepred.uq.samplers import Stream, generator

@@ -16,7 +16,16 @@ import scipy
 from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.inputs.arguments import checked, require_alike
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.uq.fragility.fit import FITTED, Fit, GroupedIntervals, group_equal, group_intervals, reasons_not_fitted
+from damagepred.uq.fragility.fit import (
+    DEFAULT,
+    FITTED,
+    Fit,
+    FragilityOptions,
+    GroupedIntervals,
+    group_equal,
+    group_intervals,
+    reasons_not_fitted,
+)
 from damagepred.uq.fragility.likelihood import (
     LARGEST_DISPERSION,
     SMALLEST_DISPERSION,
@@ -28,7 +37,6 @@ from damagepred.uq.fragility.likelihood import (
     maximise_likelihood,
     scores,
 )
-from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 
 
 class Estimator(ABC):

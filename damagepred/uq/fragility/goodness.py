@@ -9,8 +9,7 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.uq.capacity import StudyCapacities
 from damagepred.uq.fragility.estimators import CompositeLikelihood, fit_grouped
-from damagepred.uq.fragility.fit import FITTED, Fit, GroupedIntervals, group_intervals
-from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
+from damagepred.uq.fragility.fit import DEFAULT, FITTED, Fit, FragilityOptions, GroupedIntervals, group_intervals
 from damagepred.uq.fragility.turnbull import Npmle, turnbull
 
 

@@ -24,8 +24,8 @@ from damagepred.uq.capacity import sampled
 from damagepred.uq.fragility import fit
 from damagepred.uq.fragility.bands import confidence_band, draw_parameters, effective_reached, unknown_band
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
+from damagepred.uq.fragility.fit import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.likelihood import linear_bounds, maximise_likelihood
-from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.intensity import attributes, chosen_intensity
 from damagepred.uq.samplers import Stream, generator
 
