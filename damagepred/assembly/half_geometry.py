@@ -55,27 +55,30 @@ class HalfGeometry(NamedTuple):
     opening_factor: FloatArray  # (m, q): 2 on the axis
 
 
-_recent: deque[tuple[Blocks, Interfaces, float, HalfGeometry | None]] = deque(maxlen=8)
+ROUNDING = 1e-9
+"""Tolerated difference between mirror images: of positions over the size of the wall, of stiffness, load and movement
+over the largest value (1)."""
+_recent: deque[tuple[Blocks, Interfaces, HalfGeometry | None]] = deque(maxlen=8)
 """Cache by identity: all samples of a wall share one geometry."""
 
 
 def half_geometry(
-    blocks: Blocks, interfaces: Interfaces, elastic: ElasticBlocks | None, mesh: Mesh | None, rounding: float
+    blocks: Blocks, interfaces: Interfaces, elastic: ElasticBlocks | None, mesh: Mesh | None
 ) -> HalfGeometry | None:
-    """Right half of a geometry; None if it is not its own mirror image within a rounding over the size of the wall."""
+    """Right half of a geometry; None if it is not its own mirror image."""
     for *key, geometry in tuple(_recent):  # threads may add to it
-        if key[0] is blocks and key[1] is interfaces and key[2] == rounding:
+        if key[0] is blocks and key[1] is interfaces:
             return geometry
-    mirror = _mirror_image(blocks, interfaces, rounding)
-    geometry = None if mirror is None else _halve(mirror, blocks, interfaces, elastic, mesh, rounding)
-    _recent.append((blocks, interfaces, rounding, geometry))
+    mirror = _mirror_image(blocks, interfaces)
+    geometry = None if mirror is None else _halve(mirror, blocks, interfaces, elastic, mesh)
+    _recent.append((blocks, interfaces, geometry))
     return geometry
 
 
-def _mirror_image(blocks: Blocks, interfaces: Interfaces, rounding: float) -> MirrorImage | None:
+def _mirror_image(blocks: Blocks, interfaces: Interfaces) -> MirrorImage | None:
     """Mirror images of blocks and interfaces; None if the geometry is not its own mirror image."""
     low, high = blocks.vertices[:, 0].min(), blocks.vertices[:, 0].max()
-    axis, near = float(low + high) / 2, rounding * float(np.ptp(blocks.vertices, axis=0).max())
+    axis, near = float(low + high) / 2, ROUNDING * float(np.ptp(blocks.vertices, axis=0).max())
     image = _images(blocks.x, blocks.y, axis, near)
     face_image = _images(interfaces.x, interfaces.y, axis, near)
     if image is None or face_image is None:
@@ -83,19 +86,19 @@ def _mirror_image(blocks: Blocks, interfaces: Interfaces, rounding: float) -> Mi
     there = interfaces.taken(face_image)
     # the image's normal is the mirror image of the normal; or its opposite, and then the image of block a is b
     normal = np.stack((interfaces.normal_x, interfaces.normal_y))
-    same, opposite = (np.abs(normal[:, face_image] + sign * normal) < rounding for sign in (-1.0, 1.0))
+    same, opposite = (np.abs(normal[:, face_image] + sign * normal) < ROUNDING for sign in (-1.0, 1.0))
     reverses, swaps = opposite[0] & same[1], same[0] & opposite[1]
     mirror = MirrorImage(axis, image, face_image, reverses)
     image_a, image_b = (np.append(image, len(image))[side] for side in (interfaces.block_a, interfaces.block_b))
     area, offset = mirror.of_contacts(interfaces.contact_area), mirror.of_contacts(interfaces.contact_offset)
     alike = (
-        all(np.allclose(size[image], size, rtol=rounding, atol=0.0) for size in (blocks.area, blocks.polar))
+        all(np.allclose(size[image], size, rtol=ROUNDING, atol=0.0) for size in (blocks.area, blocks.polar))
         and (reverses | swaps).all()
         and np.array_equal(there.block_a, np.where(reverses, image_a, image_b))
         and np.array_equal(there.block_b, np.where(reverses, image_b, image_a))
         and np.array_equal(there.kind, interfaces.kind)
         and (np.abs(there.length - interfaces.length) < near).all()
-        and np.allclose(area, interfaces.contact_area, rtol=rounding, atol=0.0)
+        and np.allclose(area, interfaces.contact_area, rtol=ROUNDING, atol=0.0)
         and (np.abs(np.where(reverses[:, None], -offset, offset) - interfaces.contact_offset) < near).all()
     )
     return mirror if alike else None
@@ -116,13 +119,12 @@ def _halve(
     interfaces: Interfaces,
     elastic: ElasticBlocks | None,
     mesh: Mesh | None,
-    rounding: float,
 ) -> HalfGeometry | None:
     """Reduction to the right half; None if all blocks are on the axis, or an interface crosses it."""
     n, m, q = len(blocks.x), *interfaces.contact_area.shape
     own_block, own_face = mirror.block == np.arange(n), mirror.interface == np.arange(m)
     away, reach = np.abs(interfaces.x - mirror.axis), interfaces.length / 2 * np.abs(interfaces.normal_y)
-    near = rounding * float(away.max(initial=0.0))
+    near = ROUNDING * float(away.max(initial=0.0))
     if own_block.all() or not (own_face | ((away > near) & (away > reach - near))).all():
         return None
     kept = np.flatnonzero(own_block | (blocks.x > mirror.axis))
@@ -141,7 +143,7 @@ def _halve(
     bodies, zoned, half, cut = np.stack((a, b)), None, _blocks_of_half(blocks, kept), own_block[kept]
     in_half = np.zeros_like(cut)  # deformable blocks of which the right half is a block
     if mesh is not None:
-        near = rounding * float(np.ptp(blocks.vertices, axis=0).max())
+        near = ROUNDING * float(np.ptp(blocks.vertices, axis=0).max())
         zoned = half_mesh(mesh, mirror.axis, mirror.block, number[:n], near)
         if zoned is None:
             return None

@@ -135,7 +135,7 @@ def share_kernels() -> None:
 def dynamic_run(model: Model, settings: Solver, dynamics: Dynamics) -> DynamicRun:
     """Dynamic run, from static equilibrium under dead load or from rest."""
     from damagepred.solvers.dynamics.run import DynamicRun, require_supported
-    from damagepred.solvers.quasi_static.static_equilibrium import static_equilibrium
+    from damagepred.solvers.quasi_static.stepper import static_equilibrium
 
     require_supported(model, settings, dynamics)
     initial = static_equilibrium(model, settings) if dynamics.start == "equilibrium" else None
@@ -167,7 +167,7 @@ def matrix_bytes(model: Model, solver: Solver) -> int:
     from damagepred.solvers.system.discrete_system import DiscreteSystem
 
     options = SolverOptions.of(solver)
-    half = reduce_by_symmetry(model, options.symmetry) if solver.symmetric_half else None
-    system = DiscreteSystem.of(half or model, options.elastic_solution)
+    half = reduce_by_symmetry(model) if solver.symmetric_half else None
+    system = DiscreteSystem.of(half or model)
     blocks = None if system.model.mesh is None else Superelements(system, options.newton.interior_tolerance)
     return 8 * EliminationTree.of(system, blocks, options.linear_system).matrix_entries

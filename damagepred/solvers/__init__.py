@@ -8,10 +8,12 @@ from damagepred.assembly import Model
 from damagepred.errors import SolverError
 from damagepred.runtime.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
-from damagepred.solvers.options import SolverOptions, SymmetryOptions
 from damagepred.solvers.state.increment import Increment
 
 __all__ = ["Increment", "solve_path"]
+
+SMALL_WALL = 200
+"""Blocks up to which the quasi-static solver applies dead load to the whole wall, faster than symmetry is detected."""
 
 
 @each_with_one_blas_thread
@@ -32,11 +34,11 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
     Increment
         First the state under dead load, then one per step.
     """
-    half, options = None, SolverOptions.of(settings).symmetry
-    if settings.symmetric_half and not (settings.method == "quasi_static" and _cheaper_as_a_whole(model, options)):
+    half = None
+    if settings.symmetric_half and not (settings.method == "quasi_static" and _cheaper_as_a_whole(model)):
         from damagepred.solvers.symmetry import reduce_by_symmetry
 
-        half = reduce_by_symmetry(model, options)
+        half = reduce_by_symmetry(model)
     if half is None:
         yield from _path(model, settings, increments)
         return
@@ -47,12 +49,12 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
         raise half.renumber(error) from None
 
 
-def _cheaper_as_a_whole(model: Model, options: SymmetryOptions) -> bool:
+def _cheaper_as_a_whole(model: Model) -> bool:
     """Whether dead load on a small wall is solved faster than symmetry is detected."""
     supports = model.supports
     still = model.jacks is None and not model.ground.moves
     still = still and not (supports.prescribed_displacement.any() or supports.live_load.any())
-    return still and model.live_edge_load is None and model.n_blocks <= options.small_wall
+    return still and model.live_edge_load is None and model.n_blocks <= SMALL_WALL
 
 
 def _path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:

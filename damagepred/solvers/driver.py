@@ -16,8 +16,8 @@ from damagepred.assembly import Model
 from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
 from damagepred.solvers.load_path import LoadPath
+from damagepred.solvers.options import DEFAULTS, CreepOptions
 from damagepred.solvers.state.increment import Increment, PathEnd
-from damagepred.solvers.system.options import DEFAULT_CREEP, CreepOptions
 from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi
 
 CheckpointT = TypeVar("CheckpointT")
@@ -82,7 +82,7 @@ class Stepper(Protocol[CheckpointT]):
 
 
 def follow_movement(
-    stepper: Stepper[CheckpointT], model: Model, increments: int, creep: CreepOptions = DEFAULT_CREEP
+    stepper: Stepper[CheckpointT], model: Model, increments: int, creep: CreepOptions = DEFAULTS.creep
 ) -> Iterator[Increment]:
     """Increments of the movement, first the state under dead load; histories replace the number of increments."""
     jacks = model.jacks

@@ -13,8 +13,8 @@ from damagepred.assembly import Model
 from damagepred.assembly.imposed_history import ImposedHistory
 from damagepred.assembly.joint_creep import Pair
 from damagepred.assembly.model import Ground
+from damagepred.solvers.options import CreepOptions
 from damagepred.solvers.state.increment import Increment
-from damagepred.solvers.system.options import CreepOptions
 
 
 class _UnitsInStep(NamedTuple):

@@ -18,13 +18,12 @@ from numpy.typing import NDArray
 
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly import Model
-from damagepred.assembly.half_geometry import MIRRORED, HalfGeometry, MirrorImage, half_geometry
+from damagepred.assembly.half_geometry import MIRRORED, ROUNDING, HalfGeometry, MirrorImage, half_geometry
 from damagepred.assembly.house import HouseModel
 from damagepred.assembly.mesh import HalfMesh
 from damagepred.assembly.model import BlockLaw, Ground, Jambs, JointProperties, Supports
 from damagepred.assembly.section import Sections, Wires
 from damagepred.errors import SolverError
-from damagepred.solvers.options import DEFAULTS, SymmetryOptions
 from damagepred.solvers.state.increment import Increment, ZoneResults
 
 GUIDE_SHEAR_RATIO = 1e-15
@@ -100,15 +99,15 @@ class HalfModel(Model):
         return type(error)(message, increment=error.increment, block=block)
 
 
-def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetry) -> HalfModel | None:
+def reduce_by_symmetry(model: Model) -> HalfModel | None:
     """Half of a wall that is its own mirror image; None for other walls, or with strained blocks.
 
     Walls of deformable blocks with jacks, or loads or supports on single gridpoints, and houses are not halved.
     """
     if isinstance(model, HouseModel) or model.is_strained or (model.mesh is not None and not _loaded_by_block(model)):
         return None
-    geometry = half_geometry(model.blocks, model.interfaces, model.elastic, model.mesh, options.rounding)
-    if geometry is None or not _is_symmetric(model, geometry.mirror, options.rounding):
+    geometry = half_geometry(model.blocks, model.interfaces, model.elastic, model.mesh)
+    if geometry is None or not _is_symmetric(model, geometry.mirror):
         return None
     kept, jacks = geometry.kept, model.jacks
     if jacks is not None:  # half their force; only the right outer support remains
@@ -119,7 +118,7 @@ def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetr
         "interfaces": geometry.interfaces,
         "elastic": geometry.elastic,
         "mesh": None if geometry.mesh is None else geometry.mesh.mesh,
-        "properties": _joints_of_half(model.properties, geometry, options),
+        "properties": _joints_of_half(model.properties, geometry),
         "ground": model.ground.map(lambda ground: _ground_of_half(ground, geometry)),
         "supports": _supports_of_half(model, geometry),
         "jambs": Jambs.none(),
@@ -150,7 +149,7 @@ def _unfolded(half: HalfMesh, zones: ZoneResults) -> ZoneResults:
     )
 
 
-def _is_symmetric(model: Model, mirror: MirrorImage, rounding: float) -> bool:
+def _is_symmetric(model: Model, mirror: MirrorImage) -> bool:
     """Whether joints and densities (exactly), stiffness, supports, loads and movement are mirror images."""
     law, image, face_image = model.properties, mirror.block, mirror.interface
     # strengths first: where they vary from joint to joint, one comparison is enough
@@ -167,9 +166,9 @@ def _is_symmetric(model: Model, mirror: MirrorImage, rounding: float) -> bool:
         pairs += [(mirror.of_contacts(ground.normal), ground.normal), (-mirror.of_contacts(ground.shear), ground.shear)]
     return (
         (model.elastic is None or np.array_equal(stretches := model.elastic.number[:-1] >= 0, stretches[image]))
-        and all((np.abs(k[face_image] - k) <= rounding * k).all() for k in (law.normal_stiffness, law.shear_stiffness))
+        and all((np.abs(k[face_image] - k) <= ROUNDING * k).all() for k in (law.normal_stiffness, law.shear_stiffness))
         and all(np.array_equal(values[image], values) for values in (model.density, held, later, *model.block_law))
-        and all((np.abs(mirrored - v) <= rounding * np.abs(v).max(initial=0.0)).all() for mirrored, v in pairs)
+        and all((np.abs(mirrored - v) <= ROUNDING * np.abs(v).max(initial=0.0)).all() for mirrored, v in pairs)
     )
 
 
@@ -182,7 +181,7 @@ def _prescribed(model: Model) -> tuple[BoolArray, FloatArray, BoolArray]:
     return held != 0.0, moved, later != 0.0
 
 
-def _joints_of_half(law: JointProperties, geometry: HalfGeometry, options: SymmetryOptions) -> JointProperties:
+def _joints_of_half(law: JointProperties, geometry: HalfGeometry) -> JointProperties:
     """Joint properties of the half; joints on the axis open half as far and are not sheared."""
     axis, joints = geometry.on_axis, JointProperties(*(values[geometry.faces] for values in law))  # type: ignore[arg-type]
     share, cohesion = np.where(axis, 0.5, 1.0), GUIDE_COHESION

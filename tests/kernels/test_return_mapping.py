@@ -23,7 +23,7 @@ from damagepred.kernels.joint.return_mapping import (
 )
 from damagepred.kernels.joint.softening import Softening
 from damagepred.scene import Solver
-from damagepred.solvers.quasi_static.options import ReturnMappingOptions
+from damagepred.solvers.options import ReturnMappingOptions
 from damagepred.solvers.state.joint_history import JointHistory
 from tests.kernels.one_joint import joint_arrays
 

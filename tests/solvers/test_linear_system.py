@@ -16,12 +16,8 @@ from damagepred.kernels.jit import kernel
 from damagepred.kernels.linear import dense
 from damagepred.kernels.linear.condensation import recover, subtract_boundary_forces
 from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
-from damagepred.solvers.quasi_static.linear_system import (
-    DEFAULTS,
-    INVERSION_PANEL,
-    SINGULAR_PIVOT_RATIO,
-    MultifrontalSystem,
-)
+from damagepred.solvers.options import DEFAULTS
+from damagepred.solvers.quasi_static.linear_system import INVERSION_PANEL, SINGULAR_PIVOT_RATIO, MultifrontalSystem
 from damagepred.solvers.symmetry import reduce_by_symmetry
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
@@ -100,7 +96,7 @@ class Reference:
         self.free = DiscreteSystem.of(model).free_dofs
         matrix = assembled(model, stiffness)
         if regularised:
-            hold = DEFAULTS.regularisation * assembled(model, equations.elastic).diagonal()
+            hold = DEFAULTS.linear_system.regularisation * assembled(model, equations.elastic).diagonal()
             matrix = matrix + sparse.diags_array(hold)
         self.matrix = matrix[self.free][:, self.free].tocsc()
 
@@ -183,7 +179,7 @@ WALLS = {
 
 def equations_of(model: Model, **options: Any) -> MultifrontalSystem:
     elastic = of_contacts(model, elastic_slopes(model))
-    return MultifrontalSystem(DiscreteSystem.of(model), elastic, options=replace(DEFAULTS, **options))
+    return MultifrontalSystem(DiscreteSystem.of(model), elastic, options=replace(DEFAULTS.linear_system, **options))
 
 
 def random_force(model: Model, rng: np.random.Generator) -> FloatArray:

@@ -26,7 +26,7 @@ from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
-from damagepred.solvers.quasi_static.jacks import JackControl
+from damagepred.solvers.quasi_static.residual import JackControl
 from damagepred.solvers.quasi_static.step_control import EnergyControl
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.zone_history import zone_results

@@ -10,12 +10,12 @@ import xarray as xr
 from scipy import special, stats
 
 from damagepred.errors import InputError
-from damagepred.scene.reading import build
+from damagepred.scene.described import build
 from damagepred.uq.design import Design
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.marginals import Mixture, Table, from_normal
 from damagepred.uq.movement_distribution import movement_distribution
-from damagepred.uq.quantile_table import JointQuantile
+from damagepred.uq.marginals import JointQuantile
 from damagepred.uq.variable import JointField, Variable
 
 PLACE = "joint.cohesion"

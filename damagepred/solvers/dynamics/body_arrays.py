@@ -17,7 +17,7 @@ from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
 from damagepred.kernels.dynamics.contact import BONDED, EDGE, FREE, POINT
 from damagepred.kernels.joint.parameters import joint_parameters
-from damagepred.solvers.dynamics.options import DynamicsOptions
+from damagepred.solvers.options import DynamicsOptions
 
 EDGE_OVERRUN = 0.02
 """Length by which a point may pass the end of the edge it faces, over the length it stands for (1)."""

@@ -25,10 +25,10 @@ from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import base_velocity, mass_of, motion_of, moving_parts, update_poses
 from damagepred.solvers.dynamics.contact_search import NeighbourSearch, world_coordinates
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance, EnergyTerms
-from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
 from damagepred.solvers.dynamics.strains import block_strains
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
 from damagepred.solvers.explicit.tiles import needs_full_law, softening_of
+from damagepred.solvers.options import DEFAULTS, DynamicsOptions
 from damagepred.solvers.state.increment import FootingResults, Increment, MotionResults
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.wall_state import State
@@ -69,7 +69,7 @@ class DynamicRun:
         model: Model,
         dynamics: Dynamics,
         initial: State | None = None,
-        options: DynamicsOptions = DEFAULTS,
+        options: DynamicsOptions = DEFAULTS.dynamics,
     ) -> None:
         self.options = options
         self.model, self.dynamics, self.system = model, dynamics, DiscreteSystem.of(model)

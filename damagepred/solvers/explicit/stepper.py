@@ -12,8 +12,7 @@ from damagepred.diagnostics import Counters, Residuals
 from damagepred.errors import ConvergenceError
 from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
-from damagepred.solvers.explicit.collapse_mechanism import is_mechanism, with_lasting_bonds
-from damagepred.solvers.explicit.scheme import Checkpoint, DampedTimeStepping
+from damagepred.solvers.explicit.scheme import Checkpoint, DampedTimeStepping, is_mechanism, with_lasting_bonds
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.increment import FootingResults, Increment
 from damagepred.solvers.state.joint_history import contact_states, fields_of

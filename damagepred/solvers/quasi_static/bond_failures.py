@@ -11,7 +11,7 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.kernels.interface.commit import break_in_shear
-from damagepred.solvers.quasi_static.options import ContinuationOptions
+from damagepred.solvers.options import ContinuationOptions
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.wall_state import State
 

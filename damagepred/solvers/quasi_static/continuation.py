@@ -23,9 +23,9 @@ from damagepred.runtime.time_limit import check_time
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.quasi_static.bond_failures import BondFailures
+from damagepred.solvers.quasi_static.dynamic_relaxation import is_detached, snap_through
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, Methods
-from damagepred.solvers.quasi_static.snap_through import is_detached, snap_through
 from damagepred.solvers.quasi_static.step_control import EnergyControl, Point, StepControl
 from damagepred.solvers.state.joint_history import JointHistory, without_bond
 from damagepred.solvers.state.wall_state import State

@@ -22,13 +22,11 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.house import HouseModel
 from damagepred.enumerations import ContactKind
+from damagepred.solvers.options import DEFAULTS, LinearSystemOptions
 from damagepred.solvers.quasi_static.dissection import Dissection
-from damagepred.solvers.quasi_static.options import LinearSystemOptions
 from damagepred.solvers.quasi_static.superelements import Superelements
-from damagepred.solvers.system.discrete_system import DiscreteSystem
-from damagepred.solvers.system.interface_kinematics import interface_kinematics
+from damagepred.solvers.system.discrete_system import DiscreteSystem, interface_kinematics
 
-DEFAULTS = LinearSystemOptions()
 COURSE_SHARE = 0.7
 """Weight of a separator in the plan of a house over its heaviest course, up to which it divides the house there (1)."""
 PLAN_SHARES = (0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65)
@@ -71,7 +69,10 @@ class EliminationTree:
     elastic_factors: ElasticFactors | None = None
 
     def __init__(
-        self, system: DiscreteSystem, superelements: Superelements | None, options: LinearSystemOptions = DEFAULTS
+        self,
+        system: DiscreteSystem,
+        superelements: Superelements | None,
+        options: LinearSystemOptions = DEFAULTS.linear_system,
     ) -> None:
         self.kinematics = interface_kinematics(system.model)
         boundaries = [] if superelements is None else superelements.boundary
@@ -100,7 +101,10 @@ class EliminationTree:
 
     @classmethod
     def of(
-        cls, system: DiscreteSystem, superelements: Superelements | None, options: LinearSystemOptions = DEFAULTS
+        cls,
+        system: DiscreteSystem,
+        superelements: Superelements | None,
+        options: LinearSystemOptions = DEFAULTS.linear_system,
     ) -> EliminationTree:
         """Return the tree of a wall; the last wall's tree if it has the same geometry and supports."""
         if superelements is not None:

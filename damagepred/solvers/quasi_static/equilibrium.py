@@ -1,14 +1,13 @@
-"""Equilibrium at a given load and movement: methods that are tried in order, and the reasons to skip one.
+"""Equilibrium at a given load and movement, by methods that are tried in order.
 
-Newton's method with line search, Newton's method with backtracking (first under jacks whose deflection is given), and
-the Tresca fixed point. Dynamic relaxation (``snap_through``) stands apart from this list: it seeks no equilibrium of
-the given state. It starts from the last equilibrium, moves the blocks and ends with another history, or in collapse. It
-costs as much as hundreds of Newton iterations, so that the continuation tries a shorter step first.
+Newton's method with line search (Crisfield 1991, ch. 9), Newton's method with backtracking (first under jacks whose
+deflection is given), and the Tresca fixed point (Haslinger 1983). Dynamic relaxation (``snap_through``) stands apart:
+it starts from the last equilibrium, moves the blocks and ends with another history, or in collapse. It costs as much
+as hundreds of Newton iterations, so that the continuation tries a shorter step first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -17,13 +16,21 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.kernels.equilibrium.newton import WARM_START_RESIDUAL
+from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.residual import Residual
-from damagepred.solvers.quasi_static.tresca_fixed_point import coulomb_fixed_point
 from damagepred.solvers.state.wall_state import State
 
+FIRST_FORCING = 3.0
+"""Largest residual tolerance of a Tresca problem, also the tolerance of the first (mean block weights)."""
+WARM_START_ITERATIONS = 6
+"""Tresca problems of that search."""
+FULL_UPDATES = 6
+"""Tresca problems after which the bounds are updated in full; later updates are under-relaxed."""
+UPDATES_PER_FACTOR = 12
+"""Updates with each of them; the last holds from there on."""
 MAX_FAILURES = 4
-"""Failures that count."""
+"""Failures of a search by the Tresca fixed point that count."""
 
 
 class Methods(IntEnum):
@@ -34,48 +41,12 @@ class Methods(IntEnum):
     ALL = 3
 
 
-class Found(NamedTuple):
-    """Iterate of a method: displacements, load of the jacks (N), unbalanced force ratio."""
+class Iterate(NamedTuple):
+    """Best iterate of a method: displacements, load of the jacks (N), unbalanced force ratio."""
 
     displacement: FloatArray
     jack: float
     ratio: float
-
-
-def newton_with_line_search(wall: Residual, state: State, start: Found, best: Found, limit: int) -> Found:
-    """Best iterate of Newton's method with line search (Crisfield 1991, ch. 9)."""
-    return _newton(wall, state, start, searching=True)
-
-
-def newton_with_backtracking(wall: Residual, state: State, start: Found, best: Found, limit: int) -> Found:
-    """Best iterate of Newton's method with backtracking, undamped at first."""
-    return _newton(wall, state, start, searching=False)
-
-
-def _newton(wall: Residual, state: State, start: Found, searching: bool) -> Found:
-    state.jack = start.jack
-    displacement, ratio = wall.newton(state, start.displacement, searching)
-    return Found(displacement, state.jack, ratio)
-
-
-def tresca_fixed_point(wall: Residual, state: State, start: Found, best: Found, limit: int) -> Found:
-    """Last iterate of the Tresca fixed point (Haslinger 1983), from the best iterate before and from the start.
-
-    ``limit``: Newton iterations of each.
-    """
-    begun, ratio = wall.with_supports_moved(state), best.ratio
-    if ratio < WARM_START_RESIDUAL:
-        state.displacement[:], state.jack = best.displacement, best.jack
-        ratio = coulomb_fixed_point(wall, state, True, limit)
-    if ratio >= wall.tolerance:
-        state.displacement[:], state.jack = begun, start.jack
-        ratio = coulomb_fixed_point(wall, state, False, limit)
-    return Found(state.displacement, state.jack, ratio)
-
-
-Method = Callable[[Residual, State, Found, Found, int], Found]
-METHODS: tuple[Method, ...] = newton_with_line_search, newton_with_backtracking, tresca_fixed_point
-METHODS_UNDER_JACKS: tuple[Method, ...] = newton_with_backtracking, newton_with_line_search, tresca_fixed_point
 
 
 class Equilibrium(Residual):
@@ -108,37 +79,79 @@ class Equilibrium(Residual):
         if self.jacks is not None:
             state.jack = self.jacks.load_at(state.load_factor, state.jack)
         first = self.with_supports_moved(state) if start is None else start
-        begin = best = Found(first, state.jack, np.inf)
-        order = METHODS if self.has_potential else METHODS_UNDER_JACKS
-        for method in order:
-            if self._reason_to_skip(method, order[0], methods):
-                continue
-            found = method(self, state, begin, best, self.options.coulomb.max_newton_iterations >> self._failures)
-            if method is tresca_fixed_point:
-                self._count_failure(found.ratio >= self.tolerance)
-                return found.ratio
-            if found.ratio < self.tolerance:
-                state.displacement[:] = found.displacement
-                return found.ratio
-            if found.ratio < best.ratio:
-                best = found
-        return best.ratio
-
-    def _reason_to_skip(self, method: Method, first: Method, sought: Methods) -> str:
-        """Reason to skip a method, "" to try it."""
-        if sought is Methods.NEWTON and method is not first:
-            return "a shorter step comes first"
-        if sought is Methods.BOTH_FORMS and method is tresca_fixed_point:
-            return "a smaller load or dynamic relaxation comes first"
-        if method is tresca_fixed_point and self._searches_to_skip > 0:
+        begin = best = Iterate(first, state.jack, np.inf)
+        forms = (self.has_potential, not self.has_potential)  # whether with line search
+        for searching in forms[:1] if methods is Methods.NEWTON else forms:
+            state.jack = begin.jack
+            displacement, ratio = self.newton(state, first, searching)
+            if ratio < self.tolerance:
+                state.displacement[:] = displacement
+                return ratio
+            if ratio < best.ratio:
+                best = Iterate(displacement, state.jack, ratio)
+        if methods is not Methods.ALL:
+            return best.ratio
+        if self._searches_to_skip > 0:
             self._searches_to_skip -= 1
-            return "it has failed in equilibria before"
-        return ""
-
-    def _count_failure(self, failed: bool) -> None:
-        """Count failures of the Tresca fixed point; the second, third, ... in a row skips the next 1, 3, 7 searches."""
+            return best.ratio
+        ratio = self._tresca_fixed_point(state, begin, best)
+        # the second, third, ... failure in a row skips the next 1, 3, 7 searches
+        failed = ratio >= self.tolerance
         self._failures = min(self._failures + 1, MAX_FAILURES) if failed else max(self._failures - 1, 0)
         self._searches_to_skip = 2 ** (self._failures - 1) - 1 if failed else 0
+        return ratio
+
+    def _tresca_fixed_point(self, state: State, begin: Iterate, best: Iterate) -> float:
+        """Unbalanced force ratio of the Tresca fixed point, from the best iterate and from the start."""
+        begun, ratio = self.with_supports_moved(state), best.ratio
+        if ratio < WARM_START_RESIDUAL:
+            state.displacement[:], state.jack = best.displacement, best.jack
+            ratio = self.coulomb_fixed_point(state, warm=True)
+        if ratio >= self.tolerance:
+            state.displacement[:], state.jack = begun, begin.jack
+            ratio = self.coulomb_fixed_point(state, warm=False)
+        return ratio
+
+    def coulomb_fixed_point(self, state: State, warm: bool) -> float:
+        """Coulomb friction by Tresca fixed-point iteration from the displacements of a state (Wriggers 2006, ch. 10).
+
+        Each iteration minimises the potential with fixed bounds (convex), updates these, under-relaxed after the first
+        updates, and tries Newton's method on the Coulomb law from there. The minimisation is inexact: its tolerance is
+        a share of the residual of the Coulomb law, which remains with frozen bounds (Dembo, Eisenstat and Steihaug
+        1982). A warm start takes the first bounds from the present displacements.
+        """
+        options = self.options.coulomb
+        most = self.newton_iterations + (options.max_newton_iterations >> self._failures)
+        bounds, history = self.components.bounds, state.history
+        bounds.bound[:], bounds.dilatant_opening[:], bounds.kappa[:] = NO_LIMIT, history.dilatant_opening, history.kappa
+        if warm:
+            self.update_tresca_bounds(state, 1.0)
+        ratio, least, since = np.inf, np.inf, 0
+        forcing = self._forcing(state) if warm else FIRST_FORCING
+        for attempt in range(WARM_START_ITERATIONS if warm else options.max_iterations):
+            self.minimise(state, forcing)
+            if self.has_diverged(state):
+                break
+            relaxation = 1.0
+            if attempt >= FULL_UPDATES:  # bounds that overshoot are under-relaxed
+                update = (attempt - FULL_UPDATES) // UPDATES_PER_FACTOR
+                relaxation = options.relaxation_factors[min(update, len(options.relaxation_factors) - 1)]
+            self.update_tresca_bounds(state, relaxation)
+            found, ratio = self.newton(state, state.displacement)
+            if ratio < self.tolerance:
+                state.displacement[:] = found
+                break
+            forcing = self._forcing(state)
+            since = 0 if ratio < 0.5 * least else since + 1
+            least = min(least, ratio)
+            if since > options.stagnation_limit or self.newton_iterations > most:
+                break
+        return ratio
+
+    def _forcing(self, state: State) -> float:
+        """Residual tolerance of the next Tresca problem (mean block weights)."""
+        ratio = self.residual(state, state.displacement)[1]
+        return max(self.tolerance, min(self.options.coulomb.forcing_share * ratio, FIRST_FORCING))
 
     def find_nearby(self, state: State) -> tuple[float, FloatArray]:
         """Unbalanced force ratio and displacements of the best iterate of Newton's method from a state."""

@@ -14,6 +14,7 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
+from damagepred.kernels.linear.condensation import Condensation, condense_forces, elastic_energy
 from damagepred.kernels.linear.correction import Correction, correct, respond
 from damagepred.kernels.linear.dense import dense_workspace, invert
 from damagepred.kernels.linear.factors import BlockTangents, Factors, Tree, eliminate
@@ -29,9 +30,8 @@ from damagepred.kernels.linear.solver import (
     solve_tangent,
 )
 from damagepred.kernels.linear.substitution import Rows, Substitution, back, forward, solve_columns
+from damagepred.solvers.options import DEFAULTS, LinearSystemOptions
 from damagepred.solvers.quasi_static.elimination_tree import ElasticFactors, EliminationTree
-from damagepred.solvers.quasi_static.options import LinearSystemOptions
-from damagepred.solvers.quasi_static.static_condensation import StaticCondensation
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
@@ -45,8 +45,6 @@ RESPONSE_BATCH = 96
 """Unit loads whose responses are computed at a time."""
 MAX_LOOP_ROWS = 8
 """Right-hand sides up to which loops are faster than matrix products of BLAS."""
-
-DEFAULTS = LinearSystemOptions()
 
 
 class ActivePart(NamedTuple):
@@ -81,7 +79,7 @@ class MultifrontalSystem:
         system: DiscreteSystem,
         elastic: FloatArray,
         superelements: Superelements | None = None,
-        options: LinearSystemOptions = DEFAULTS,
+        options: LinearSystemOptions = DEFAULTS.linear_system,
     ) -> None:
         self.model, self.options, self.elastic = system.model, options, elastic
         self.tree = EliminationTree.of(system, superelements, options)
@@ -399,3 +397,45 @@ def factorisation_costs(size: IntArray, edge: IntArray) -> FloatArray:
     n, b = size.astype(np.float64), edge.astype(np.float64)
     costs: FloatArray = ASSEMBLY_WEIGHT * n + INVERSION_WEIGHT * n**3 + 2.0 * n * b * (n + b)
     return costs
+
+
+class StaticCondensation:
+    """Static condensation (Guyan 1965) of elastic subtrees to superelements on ``boundary_dofs`` of active fronts."""
+
+    def __init__(self, equations: MultifrontalSystem, load: FloatArray, live_load: FloatArray | None) -> None:
+        tree, active, substitution = equations.tree, equations.active.fronts, equations.condensed_substitution()
+        # dead and live load, eliminated from the condensed fronts up to their boundaries
+        loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
+        reduced, particular = np.ascontiguousarray(loads[:, tree.dofs]), np.empty((2, len(tree.dofs)))
+        equations.reached[:] = True
+        condense_forces(substitution, reduced, particular)
+        condensed = tree.dofs[np.repeat(~active, tree.size)]
+        # a superelement for each condensed front with an active parent; places in the order of the fronts
+        roots = np.flatnonzero(~active & np.append(active, False)[tree.parent])
+        places = tree.boundary[np.repeat(np.isin(np.arange(tree.count), roots), tree.boundary_size)]
+        boundary = np.unique(places)
+        self.boundary_dofs = tree.dofs[boundary]
+        self._load = reduced[:, boundary] - loads[:, self.boundary_dofs]
+        ends, complements = np.cumsum(tree.boundary_size**2), equations.elastic_complements
+        squares = [complements[ends[k] - tree.boundary_size[k] ** 2 : ends[k]] for k in roots]
+        self.structure = Condensation(
+            substitution=substitution,
+            boundary_dofs=tree.dofs[places],
+            first_boundary=np.concatenate(([0], np.cumsum(tree.boundary_size[roots]))),
+            stiffness=np.concatenate([np.empty(0), *squares]),
+            boundary=np.empty((2, len(places))),
+            dofs=tree.dofs,
+            particular=particular,
+            particular_in_state=np.empty((1, len(tree.dofs))),
+            current=np.empty((1, len(tree.dofs))),
+            loaded_dofs=np.concatenate((condensed, self.boundary_dofs)),
+            loads=np.ascontiguousarray(np.concatenate((loads[:, condensed], -self._load), axis=1)),
+        )
+
+    def load(self, load: float, live: float) -> FloatArray:
+        """Load on ``boundary_dofs`` from condensed subtrees (N, N m), at factors of dead and live load."""
+        return load * self._load[0] + live * self._load[1]
+
+    def elastic_energy(self, displacement: FloatArray, load: float, live: float) -> float:
+        """Energy stored in the condensed subtrees (J)."""
+        return float(elastic_energy(self.structure, displacement, float(load), float(live)))

@@ -5,7 +5,8 @@ Python's side of ``damagepred.kernels.equilibrium``: here alone are its structur
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -50,13 +51,60 @@ from damagepred.kernels.linear.solver import solve_tangent
 from damagepred.kernels.zone.superelement import BlockLaw
 from damagepred.runtime.time_limit import check_time
 from damagepred.solvers.options import DEFAULTS, SolverOptions
-from damagepred.solvers.quasi_static.jacks import JackControl
-from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
-from damagepred.solvers.quasi_static.static_condensation import StaticCondensation
+from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem, StaticCondensation
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import Point, State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
+
+
+@dataclass
+class JackControl:
+    """Control of the jacks: by deflection until ``Continuation.control_load`` sets ``level_load``, then by load.
+
+    While the dead load is applied, the deflection stays zero. Under deflection control the load is one more unknown.
+    """
+
+    push: FloatArray  # (size,) force of unit loads (N/N)
+    weights: FloatArray  # (size,) weights of the displacements in the deflection
+    goal: float  # deflection at full movement (m, upwards)
+    origin: float = 0.0  # deflection from which it counts (m)
+    load_factor_at: Callable[[float], float] = float  # path coordinate -> load factor of the movement
+    # load of each jack (N) in the level state, None until the load is controlled, and at full movement
+    level_load: float | None = None
+    load: float = 0.0
+
+    @classmethod
+    def of(cls, model: Model) -> JackControl | None:
+        """Control of a model's jacks in the level state, or None without jacks."""
+        jacks = model.jacks
+        weights = model.deflection if jacks is None or jacks.weights is None else jacks.weights
+        if jacks is None or weights is None:
+            return None
+        goal = 0.0 if jacks.by_load else jacks.deflection
+        return cls(jacks.push, weights, goal, jacks.origin, model.ground.load_factor_at)
+
+    @property
+    def by_load(self) -> bool:
+        """Whether the load is given."""
+        return self.level_load is not None
+
+    def load_at(self, load_factor: float, found: float) -> float:
+        """Load of each jack (N): the given load at a load factor, or ``found``, the unknown of the equilibrium."""
+        if self.level_load is None:
+            return found
+        return self.level_load + load_factor * (self.load - self.level_load)
+
+    def missing_deflection(self, coordinate: float, displacement: FloatArray) -> float:
+        """Return the missing deflection (m); 0 where the load is given."""
+        if self.by_load:
+            return 0.0
+        return self.required_deflection(coordinate) - float(self.weights @ displacement)
+
+    def required_deflection(self, coordinate: float) -> float:
+        """Return the deflection at a path coordinate (m); NaN where the load is given."""
+        return np.nan if self.by_load else self.origin + self.load_factor_at(coordinate) * self.goal
+
 
 DIVERGENCE_DISPLACEMENT = 10.0
 """Displacement over the detachment limit beyond which no equilibrium is sought (1)."""
@@ -119,7 +167,7 @@ class Residual:
 
     def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
         self.model, self.tolerance, self.options = model, tolerance, options
-        self.system = DiscreteSystem.of(model, options.elastic_solution)
+        self.system = DiscreteSystem.of(model)
         self.jacks, self.superelements = JackControl.of(model), None
         loads = self.system.dead_load, self.system.live_load
         if model.mesh is not None:

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from damagepred.solvers.options import DEFAULTS, SolverOptions
+from damagepred.solvers.options import DEFAULTS, ContinuationOptions, EnergyOptions, SolverOptions
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
-from damagepred.solvers.quasi_static.options import ContinuationOptions, EnergyOptions
 from damagepred.solvers.state.wall_state import Point, State
 
 EVENT_STEP_GROWTH = 4.0

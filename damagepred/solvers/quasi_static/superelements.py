@@ -30,7 +30,7 @@ from damagepred.kernels.zone.superelement import (
     update_block_tangents,
     update_from_python,
 )
-from damagepred.solvers.quasi_static.options import NewtonOptions
+from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.state.increment import ZoneResults
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.state.zone_history import exceeds_yield_limit, zone_results
@@ -45,8 +45,6 @@ from damagepred.solvers.system.deformable_blocks import (
     strain_rows,
 )
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-
-DEFAULTS = NewtonOptions()
 
 
 class BlockShape(NamedTuple):
@@ -70,7 +68,7 @@ class Superelements:
     condensed to the boundaries. ``law`` is the structure for kernels.
     """
 
-    def __init__(self, system: DiscreteSystem, interior_tolerance: float = DEFAULTS.interior_tolerance) -> None:
+    def __init__(self, system: DiscreteSystem, interior_tolerance: float = DEFAULTS.newton.interior_tolerance) -> None:
         model = system.model
         assert model.mesh is not None
         self.model, self.mesh, self.block = model, model.mesh, model.mesh.block
