@@ -42,70 +42,46 @@ from damagepred.uq.selection import SelectionOptions, select_cheapest, select_le
 
 @described
 class Option:
-    """Option of construction (``[[choice.option]]``).
-
-    Attributes
-    ----------
-    name : str
-        Name of the option.
-    cost : float
-        Cost in any currency.
-    scene : dict
-        Differing tables of the scene, such as ``scene.footing.depth = "500 mm"``.
-    """
+    """Option of construction (``[[choice.option]]``)."""
 
     name: str
+    """Name of the option."""
     cost: Pure = 0.0
+    """Cost in any currency."""
     scene: dict[str, Any] = Field(default_factory=dict)
+    """Differing tables of the scene, such as ``scene.footing.depth = "500 mm"``."""
 
 
 @described
 class Choice:
-    """Choice among options (``[[choice]]``); the first is the reference.
-
-    Attributes
-    ----------
-    name : str
-        Name of the choice.
-    option : tuple of Option
-        The options.
-    """
+    """Choice among options (``[[choice]]``); the first is the reference."""
 
     name: str
+    """Name of the choice."""
     option: tuple[Option, ...] = Field(min_length=1)
+    """The options."""
 
 
 @described
 class Target:
-    """Target (``[target]``): P(category or worse) is at most ``probability``, or the least expected cost.
-
-    Attributes
-    ----------
-    at : str
-        Movement, site class or distribution.
-    category : int, optional
-        Category, or worse.
-    probability : float, optional
-        Largest accepted probability.
-    repair_costs : tuple of float, optional
-        Instead of both: costs of repair of category 1, 2, ..., in the currency of the options; the last also holds for
-        all worse categories.
-    tolerance : float
-        Negligible difference of expected costs.
-    confidence : float
-        Probability of a correct selection.
-    first, most : int
-        Samples of an alternative in the first round, and their limit.
-    """
+    """Target (``[target]``): P(category or worse) is at most ``probability``, or the least expected cost."""
 
     at: str
+    """Movement, site class or distribution."""
     category: Count | None = Field(default=None, ge=1)
+    """Category, or worse."""
     probability: Pure | None = Field(default=None, gt=0, lt=1)
+    """Largest accepted probability."""
     repair_costs: tuple[Pure, ...] = ()
+    """Instead of both: costs of repair of category 1, 2, ..., in the currency of the options; the last also holds for
+    all worse categories."""
     tolerance: Pure = Field(default=0.0, ge=0)
+    """Negligible difference of expected costs."""
     confidence: Pure = Field(default=0.95, gt=0, lt=1)
+    """Probability of a correct selection."""
     first: Count = Field(default=32, ge=1)
     most: Count = Field(default=1024, ge=1)
+    """Samples of an alternative in the first round, and their limit."""
 
     def __post_init__(self) -> None:
         """Refuse two targets, or half of one."""
@@ -127,21 +103,14 @@ class Target:
 
 @described
 class Choices:
-    """Content of the file of choices.
-
-    Attributes
-    ----------
-    study : str
-        Study file, beside this one.
-    target : Target
-        Target of the search.
-    choice : tuple of Choice
-        Choices.
-    """
+    """Content of the file of choices."""
 
     study: str
+    """Study file, beside this one."""
     target: Target
+    """Target of the search."""
     choice: tuple[Choice, ...] = Field(min_length=1)
+    """Choices."""
 
     def alternatives(self) -> list[tuple[Option, ...]]:
         """All combinations of options."""

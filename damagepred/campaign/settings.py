@@ -55,98 +55,67 @@ Stop = Annotated[Any, BeforeValidator(_stop)]  # category at which a path ends, 
 
 @described
 class Sampling:
-    """Sampling of the walls (``[study]``).
-
-    Attributes
-    ----------
-    title : str or None
-        Question of the study; by default the scene's title.
-    samples : int
-        Number of walls; ``-n`` of the command takes precedence.
-    seed : int
-        Seed of all random streams.
-    sampler : {"sobol", "lhs", "random", "table"}
-        Sampler of the values for whole walls. A Latin hypercube cannot be extended.
-    replicates : int
-        Number of independent scrambles of the Sobol points, in turn. From 4 on, the differences of their means give the
-        error of an estimate. With fewer, the points count as random, on the safe side.
-    table : str or None
-        CSV file with the samples for ``sampler = "table"``, beside the study file: one row per wall.
-    table_columns : tuple of str
-        Variables of the table, from its header.
-    importance : dict of str to Proposal
-        Where variables are drawn instead, by place; every sample then has a ``weight``.
-    nominal_share : float
-        With ``importance``, share of walls drawn as the distributions say; it keeps weights below one over it.
-    stop_when : StopWhen or None
-        Run no more walls once a quantity is known well enough; ``samples`` is then the most there may be.
-    time_budget : float or None
-        Begin no more walls after this time (s).
-    epistemic : dict
-        Alternatives to the distributions, by name: ``[study.epistemic."less sure"."dpc.friction"] cov = 0.3``. Walls
-        are weighted, not run again (``damagepred estimate``).
-    fields_from : Scene or None
-        The wall on whose joints the fields are drawn, if not the scene's own; a joint has the value of the nearest.
-    store_fields : bool
-        Whether the design file also records every joint's values. They follow from the seed; the record is for the
-        archive.
-    material_scatter : bool
-        Whether all values of ``scene.material`` with a known scatter are lognormal variables, with the correlations of
-        the library, in addition to the given variables.
-    stop_at_category : int, "none" or None
-        A path ends once this category is reached, and the movement beyond is not solved. None: the table's highest;
-        "none": every path is solved to the end of the movement.
-    crossed : bool
-        Only for replays of archives of version 0.1: samples in fours, two walls and two fields in every combination.
-    movement : {"path", "sampled", "both"}
-        Stored increments of each wall. ``path``: every increment up to its own sampled movement. ``sampled``: only the
-        end of it, one value per sample. ``both``: also the end, as ``end_*``. With the end, paths are solved to it
-        unless ``stop_at_category`` is given.
-    """
+    """Sampling of the walls (``[study]``)."""
 
     title: Annotated[str, AfterValidator(check_title)] | None = None
+    """Question of the study; by default the scene's title."""
     samples: Count = Field(default=100, ge=1)
+    """Number of walls; ``-n`` of the command takes precedence."""
     seed: Count = Field(default=1, ge=0, lt=2**63)
+    """Seed of all random streams."""
     sampler: Literal["sobol", "lhs", "random", "table"] = "sobol"
+    """Sampler of the values for whole walls. A Latin hypercube cannot be extended."""
     replicates: Count = Field(default=1, ge=1, le=1024)
+    """Number of independent scrambles of the Sobol points, in turn. From 4 on, the differences of their means give the
+    error of an estimate. With fewer, the points count as random, on the safe side."""
     table: str | None = None
+    """CSV file with the samples for ``sampler = "table"``, beside the study file: one row per wall."""
     table_columns: tuple[str, ...] = ()
+    """Variables of the table, from its header."""
     importance: dict[str, Proposal] = Field(default_factory=dict)
+    """Where variables are drawn instead, by place; every sample then has a ``weight``."""
     nominal_share: Pure = Field(default=0.0, ge=0, lt=1)
+    """With ``importance``, share of walls drawn as the distributions say; it keeps weights below one over it."""
     stop_when: StopWhen | None = None
+    """Run no more walls once a quantity is known well enough; ``samples`` is then the most there may be."""
     time_budget: Duration | None = Field(default=None, gt=0)
+    """Begin no more walls after this time (s)."""
     epistemic: dict[str, dict[str, dict[str, Any]]] = Field(default_factory=dict)
+    """Alternatives to the distributions, by name: ``[study.epistemic."less sure"."dpc.friction"] cov = 0.3``. Walls are
+    weighted, not run again (``damagepred estimate``)."""
     fields_from: Scene | None = None
+    """The wall on whose joints the fields are drawn, if not the scene's own; a joint has the value of the nearest."""
     store_fields: bool = True
+    """Whether the design file also records every joint's values. They follow from the seed; the record is for the
+    archive."""
     material_scatter: bool = False
+    """Whether all values of ``scene.material`` with a known scatter are lognormal variables, with the correlations of
+    the library, in addition to the given variables."""
     stop_at_category: Stop = None
+    """A path ends once this category is reached, and the movement beyond is not solved. None: the table's highest;
+    "none": every path is solved to the end of the movement."""
     crossed: bool = False
+    """Only for replays of archives of version 0.1: samples in fours, two walls and two fields in every combination."""
     movement: Literal["path", "sampled", "both"] = "path"
+    """Stored increments of each wall. ``path``: every increment up to its own sampled movement. ``sampled``: only the
+    end of it, one value per sample. ``both``: also the end, as ``end_*``. With the end, paths are solved to it unless
+    ``stop_at_category`` is given."""
 
 
 @described
 class StudySettings:
-    """Content of a study file.
-
-    Attributes
-    ----------
-    scene : Scene
-        Wall without the sampled numbers.
-    study : Sampling
-        Sampling of the walls.
-    variables : dict of str to Variable
-        Uncertain numbers, by key of the scene.
-    correlation : dict of str to dict of str to float
-        Correlation of pairs of variables.
-    report : Report or None
-        Head of the report, from the study file or its scene. It is no part of the study.
-    """
+    """Content of a study file."""
 
     scene: Scene
+    """Wall without the sampled numbers."""
     study: Sampling = Field(default_factory=Sampling)
+    """Sampling of the walls."""
     variables: dict[str, Variable] = Field(default_factory=dict)
+    """Uncertain numbers, by key of the scene."""
     correlation: dict[str, dict[str, Pure]] = Field(default_factory=dict)
+    """Correlation of pairs of variables."""
     report: Report | None = None
+    """Head of the report, from the study file or its scene. It is no part of the study."""
 
     @classmethod
     def from_toml(cls, path: str | Path) -> StudySettings:

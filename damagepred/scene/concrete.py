@@ -29,38 +29,6 @@ class ReinforcedConcrete:
 
     Names and values come from the shipped table ``materials/concrete.toml``, which has their sources.
 
-    Attributes
-    ----------
-    law : {"cracked", "branson"}
-        "cracked": a cracked and an uncracked state share the length of the beam (Ghali and Favre; EN 1992-1-1 7.4.3).
-        Steel yields, and axial force counts. "branson": an effective second moment of area between the gross and the
-        cracked one, whatever the axial force; its steel does not yield.
-    grade : str
-        N20, N25, N32, N40 or N50: the characteristic cylinder strength f'c in MPa.
-    bottom : str
-        Trench mesh as on drawings, "3-L11TM" for three wires of L11TM: L8TM, L11TM or L12TM.
-    top : str or None
-        Trench mesh at the top; "none" (or "") for no mesh. None: the same as the bottom.
-    cover : float
-        Distance from the face of the concrete to the wires (m).
-    elastic_modulus : float or None
-        E_c (Pa); None takes the mean value of AS 3600 for the grade.
-    tensile_strength : float or None
-        Tensile strength in bending (Pa), at which the outermost fibre cracks; None takes 0.6 sqrt(f'c), f'c in MPa
-        (AS 3600).
-    tension_stiffening : float
-        beta (1) of EN 1992-1-1 7.4.3: 1 for a first short load, 0.5 for sustained or repeated ones.
-    steel_modulus : float
-        E_s of the wires (Pa).
-    steel_strength : float
-        Yield strength of the wires (Pa).
-    hardening : float
-        Slope of the wires' stress after yield over E_s (1).
-    branson_exponent : float
-        Exponent of M_cr / M in Branson's formula (1): 3 for a whole beam, 4 for one section.
-    earlier_moment : float
-        Largest earlier moment of every section, sagging and hogging (Nm), which has cracked it.
-
     Examples
     --------
     >>> from damagepred import ReinforcedConcrete
@@ -69,18 +37,34 @@ class ReinforcedConcrete:
     """
 
     law: Literal["cracked", "branson"] = "cracked"
+    """"cracked": a cracked and an uncracked state share the length of the beam (Ghali and Favre; EN 1992-1-1 7.4.3).
+    Steel yields, and axial force counts. "branson": an effective second moment of area between the gross and the
+    cracked one, whatever the axial force; its steel does not yield."""
     grade: str = "N25"
+    """N20, N25, N32, N40 or N50: the characteristic cylinder strength f'c in MPa."""
     bottom: str = "3-L11TM"
+    """Trench mesh as on drawings, "3-L11TM" for three wires of L11TM: L8TM, L11TM or L12TM."""
     top: str | None = None
+    """Trench mesh at the top; "none" (or "") for no mesh. None: the same as the bottom."""
     cover: Length = Field(default=0.04, ge=0)
+    """Distance from the face of the concrete to the wires (m)."""
     elastic_modulus: Pressure | None = Field(default=None, gt=0)
+    """E_c (Pa); None takes the mean value of AS 3600 for the grade."""
     tensile_strength: Pressure | None = Field(default=None, gt=0)
+    """Tensile strength in bending (Pa), at which the outermost fibre cracks; None takes 0.6 sqrt(f'c), f'c in MPa (AS
+    3600)."""
     tension_stiffening: Pure = Field(default=1.0, ge=0, le=1)
+    """beta (1) of EN 1992-1-1 7.4.3: 1 for a first short load, 0.5 for sustained or repeated ones."""
     steel_modulus: Pressure = Field(default=200e9, gt=0)
+    """E_s of the wires (Pa)."""
     steel_strength: Pressure = Field(default=500e6, gt=0)
+    """Yield strength of the wires (Pa)."""
     hardening: Pure = Field(default=0.006, ge=1e-4, lt=1)
+    """Slope of the wires' stress after yield over E_s (1)."""
     branson_exponent: Pure = Field(default=3.0, ge=1, le=6)
+    """Exponent of M_cr / M in Branson's formula (1): 3 for a whole beam, 4 for one section."""
     earlier_moment: Moment = Field(default=0.0, ge=0)
+    """Largest earlier moment of every section, sagging and hogging (Nm), which has cracked it."""
 
     @model_validator(mode="after")
     def _known_names(self) -> ReinforcedConcrete:

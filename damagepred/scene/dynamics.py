@@ -20,35 +20,6 @@ from damagepred.scene.quantity import Acceleration, Count, Duration, Frequency, 
 class BaseMotion:
     """Motion of the ground and of all supports, in one direction (``[[dynamics.base]]``); several add up.
 
-    Attributes
-    ----------
-    kind : {"half_sine", "full_sine", "rectangular", "record"}
-        A pulse of acceleration, or a record.
-    direction : {"x", "y"}
-        Along the wall, or upwards.
-    acceleration : float
-        Peak of the pulse (m/s2); negative is the opposite direction.
-    duration : float
-        Duration of the pulse (s).
-    start : float
-        Start of the motion (s).
-    file : str or None
-        CSV or xlsx file of a record: increasing times (s) and values (SI), or in the unit of the column's name, such as
-        ``a (g)``. Or a PEER file (AT2, VT2, DT2), in its own unit. It lies beside the scene file; in Python, in the
-        working folder.
-    time : sequence of float
-        Times of the record, instead of a file (s).
-    values : sequence of float
-        Values of the record at these times (SI).
-    quantity : {"acceleration", "velocity", "displacement"}
-        Quantity of the record. Acceleration and velocity are linear between points and integrated exactly from rest;
-        displacements are interpolated by a cubic spline.
-    scale : float
-        Factor on the record's values.
-    baseline : {"none", "velocity"}
-        ``none``: integrated as given, with any velocity at the end. ``velocity``: a constant acceleration is subtracted
-        so that the base ends at rest.
-
     Examples
     --------
     >>> from damagepred import BaseMotion
@@ -58,16 +29,31 @@ class BaseMotion:
     """
 
     kind: Literal["half_sine", "full_sine", "rectangular", "record"] = "record"
+    """A pulse of acceleration, or a record."""
     direction: Literal["x", "y"] = "x"
+    """Along the wall, or upwards."""
     acceleration: Acceleration = 0.0
+    """Peak of the pulse (m/s2); negative is the opposite direction."""
     duration: Duration = Field(default=0.0, ge=0)
+    """Duration of the pulse (s)."""
     start: Duration = Field(default=0.0, ge=0)
+    """Start of the motion (s)."""
     file: str | None = None
+    """CSV or xlsx file of a record: increasing times (s) and values (SI), or in the unit of the column's name, such as
+    ``a (g)``. Or a PEER file (AT2, VT2, DT2), in its own unit. It lies beside the scene file; in Python, in the working
+    folder."""
     time: tuple[Duration, ...] = ()
+    """Times of the record, instead of a file (s)."""
     values: tuple[Pure, ...] = ()
+    """Values of the record at these times (SI)."""
     quantity: Literal["acceleration", "velocity", "displacement"] = "acceleration"
+    """Quantity of the record. Acceleration and velocity are linear between points and integrated exactly from rest;
+    displacements are interpolated by a cubic spline."""
     scale: Pure = 1.0
+    """Factor on the record's values."""
     baseline: Literal["none", "velocity"] = "none"
+    """``none``: integrated as given, with any velocity at the end. ``velocity``: a constant acceleration is subtracted
+    so that the base ends at rest."""
 
     @model_validator(mode="after")
     def _complete(self) -> BaseMotion:
@@ -119,48 +105,6 @@ class BaseMotion:
 class Dynamics:
     """Run in physical time (``[dynamics]``): blocks may move far and touch other blocks.
 
-    Attributes
-    ----------
-    duration : float or None
-        Physical time (s). None: 2 s, or until all base motion and the movement of the ground have ended.
-    outputs : int
-        Number of equal intervals between stored states.
-    base : sequence of BaseMotion
-        Motion of the ground and of all supports.
-    movement_time : float or None
-        Time over which the movement of the ground and of moved blocks is applied, smoothly (s). None: no movement.
-    ground_pieces : int
-        Number of equal parts of the load factor where the form of the ground changes as its movement grows. In each,
-        every point of the ground moves in a straight line between its exact states.
-    damping : {"none", "viscous", "rayleigh", "local"}
-        ``viscous``: proportional to mass, against the motion relative to the base. ``rayleigh``: proportional to mass
-        and, in joints, to stiffness; it never pulls a joint without tension. ``local``: Cundall's, for static states.
-    damping_ratio : float
-        Share of critical damping, at ``frequency`` (viscous), or at both frequencies (rayleigh).
-    frequency : float
-        Frequency of the damping ratio (Hz).
-    second_frequency : float
-        Second frequency of the damping ratio (Hz), for rayleigh.
-    local_damping : float
-        Share of the unbalanced force that opposes the motion.
-    contact_damping : float
-        Dashpots of contacts without tensile strength, in compression only. The value is a share of the critical damping
-        of a block that bounces on a joint, for the joint that needs the strongest dashpot. With 0, impacts are elastic,
-        and a rocking block bounces for ever. With 1, impacts are inelastic. A rigid block that rocks on its corners
-        (``solver.contacts_per_interface = 2``) then keeps Housner's share 1 - 1.5 sin(alpha)^2 of its angular velocity
-        at each impact. It keeps more if points along its base take part of the impulse.
-    time_step_safety : float or None
-        Fraction of the largest stable time step, which follows from the highest frequency and the damping. None: 0.5;
-        0.25 without damping of joints without strength, where bouncing blocks gain energy with longer steps.
-    start : {"equilibrium", "unstressed"}
-        Whether the run begins in the static equilibrium under dead load, if there is one, or with unstressed joints.
-    new_contacts : bool
-        Whether blocks may touch new neighbours. False skips the search, for small movements.
-    stop_at_rest : bool
-        Whether the run ends once all blocks have been slower than ``rest_speed`` at three consecutive outputs.
-    rest_speed : float
-        Root mean square speed, by mass and relative to the base (m/s).
-
     Examples
     --------
     >>> from damagepred import BaseMotion, Dynamics
@@ -171,21 +115,44 @@ class Dynamics:
     """
 
     duration: Duration | None = Field(default=None, gt=0)
+    """Physical time (s). None: 2 s, or until all base motion and the movement of the ground have ended."""
     outputs: Count = Field(default=100, ge=1)
+    """Number of equal intervals between stored states."""
     base: tuple[BaseMotion, ...] = ()
+    """Motion of the ground and of all supports."""
     movement_time: Duration | None = Field(default=None, gt=0)
+    """Time over which the movement of the ground and of moved blocks is applied, smoothly (s). None: no movement."""
     ground_pieces: Count = Field(default=100, ge=1)
+    """Number of equal parts of the load factor where the form of the ground changes as its movement grows. In each,
+    every point of the ground moves in a straight line between its exact states."""
     damping: Literal["none", "viscous", "rayleigh", "local"] = "none"
+    """``viscous``: proportional to mass, against the motion relative to the base. ``rayleigh``: proportional to mass
+    and, in joints, to stiffness; it never pulls a joint without tension. ``local``: Cundall's, for static states."""
     damping_ratio: Pure = Field(default=0.05, ge=0, lt=1)
+    """Share of critical damping, at ``frequency`` (viscous), or at both frequencies (rayleigh)."""
     frequency: Frequency = Field(default=10.0, gt=0)
+    """Frequency of the damping ratio (Hz)."""
     second_frequency: Frequency = Field(default=100.0, gt=0)
+    """Second frequency of the damping ratio (Hz), for rayleigh."""
     local_damping: Pure = Field(default=0.8, ge=0, lt=1)
+    """Share of the unbalanced force that opposes the motion."""
     contact_damping: Pure = Field(default=0.0, ge=0, le=10)
+    """Dashpots of contacts without tensile strength, in compression only. The value is a share of the critical damping
+    of a block that bounces on a joint, for the joint that needs the strongest dashpot. With 0, impacts are elastic, and
+    a rocking block bounces for ever. With 1, impacts are inelastic. A rigid block that rocks on its corners
+    (``solver.contacts_per_interface = 2``) then keeps Housner's share 1 - 1.5 sin(alpha)^2 of its angular velocity at
+    each impact. It keeps more if points along its base take part of the impulse."""
     time_step_safety: Pure | None = Field(default=None, gt=0, le=1)
+    """Fraction of the largest stable time step, which follows from the highest frequency and the damping. None: 0.5;
+    0.25 without damping of joints without strength, where bouncing blocks gain energy with longer steps."""
     start: Literal["equilibrium", "unstressed"] = "equilibrium"
+    """Whether the run begins in the static equilibrium under dead load, if there is one, or with unstressed joints."""
     new_contacts: bool = True
+    """Whether blocks may touch new neighbours. False skips the search, for small movements."""
     stop_at_rest: bool = False
+    """Whether the run ends once all blocks have been slower than ``rest_speed`` at three consecutive outputs."""
     rest_speed: Speed = Field(default=1e-3, gt=0)
+    """Root mean square speed, by mass and relative to the base (m/s)."""
 
     @model_validator(mode="after")
     def _frequencies_rise(self) -> Dynamics:

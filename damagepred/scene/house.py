@@ -37,19 +37,6 @@ class House(Scene):
     Walls that meet pass vertical shear (``[corner]``); footings that meet move up and down together. The ground is one
     surface over the plan, which each wall reads along its axis.
 
-    Attributes
-    ----------
-    wall : sequence of PlanWall
-        The walls; corners and T-joints follow from their ends.
-    corner : Corner
-        Vertical shear between walls that meet.
-    mound : PlanMound
-        Surface of the ground.
-    source : sequence of GroundSource
-        Further movements of the ground, which are added.
-    movement : Movement
-        Movement of the ground; only ``shape = "mound"``.
-
     Examples
     --------
     >>> from damagepred.scene import House
@@ -63,10 +50,15 @@ class House(Scene):
 
     title: str = "masonry house"
     wall: tuple[PlanWall, ...]  # type: ignore[assignment]
+    """The walls; corners and T-joints follow from their ends."""
     corner: Corner = Field(default_factory=Corner)
+    """Vertical shear between walls that meet."""
     mound: PlanMound = Field(default_factory=PlanMound)
+    """Surface of the ground."""
     source: tuple[GroundSource, ...] = ()
+    """Further movements of the ground, which are added."""
     movement: Movement = Field(default_factory=lambda: Movement(shape="mound"))
+    """Movement of the ground; only ``shape = "mound"``."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> House:

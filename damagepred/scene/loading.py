@@ -21,13 +21,6 @@ class Support:
 
     Without any the wall rests on its whole underside, in a bed of its mortar.
 
-    Attributes
-    ----------
-    x : float
-        Middle of the strip, from the left end of the wall (m).
-    width : float
-        Width of the strip (m).
-
     Examples
     --------
     >>> from damagepred import scene
@@ -36,7 +29,9 @@ class Support:
     """
 
     x: Length = Field(ge=0)
+    """Middle of the strip, from the left end of the wall (m)."""
     width: Length = Field(gt=0)
+    """Width of the strip (m)."""
 
 
 @described
@@ -46,40 +41,6 @@ class Load:
     A load with a size (``force``, ``line_load`` or ``pressure``) acts from the start, before the ground moves. Without
     a size it is a strip of a laboratory test, ``[movement] shape = "loads"``, and ``[loading]`` controls its size.
 
-    Attributes
-    ----------
-    name : str or None
-        Name of the load in keys of variables, such as ``load.floor.force``; by default its number, from 1.
-    force : float or None
-        Size in all (N).
-    line_load : float or None
-        Size per length of the loaded strip (N/m).
-    pressure : float or None
-        Size per area of a floor (Pa), of which the wall carries ``breadth``.
-    breadth : float or None
-        Breadth of floor that the wall carries, often half a span (m); only with ``pressure``.
-    kind : {"dead", "live"}
-        Whether the load is permanent or variable.
-    combination : float
-        Share of a live load that acts (1), such as the long-term factor of a loading code.
-    side : {"top", "left", "right"}
-        Loaded side of the wall.
-    y : float or None
-        Height of the bed joint that carries a load inside the wall, above the wall's underside (m); the nearest bed
-        joint counts. None: the load is on the side.
-    start : float or None
-        Start of the strip: from the left end of the wall, or from its underside (m). None: the start of the side.
-    end : float or None
-        End of the strip, likewise. None: the end of the side.
-    at : float or None
-        Middle of the strip, in place of ``start`` and ``end``. Without ``width`` a load with a size acts at this point.
-    width : float or None
-        Length of the strip along the side (m). None: as long as the side.
-    direction : {"towards", "along"}
-        ``towards``: the load presses on the wall. ``along``: it pushes to the right on the top, and down on a side.
-    share : float
-        Share of the total load of a test, relative to the other strips (1).
-
     Examples
     --------
     >>> from damagepred import scene
@@ -88,20 +49,37 @@ class Load:
     """
 
     name: str | None = None
+    """Name of the load in keys of variables, such as ``load.floor.force``; by default its number, from 1."""
     force: Force | None = Field(default=None, ge=0)
+    """Size in all (N)."""
     line_load: LineLoad | None = Field(default=None, ge=0)
+    """Size per length of the loaded strip (N/m)."""
     pressure: Pressure | None = Field(default=None, ge=0)
+    """Size per area of a floor (Pa), of which the wall carries ``breadth``."""
     breadth: Length | None = Field(default=None, gt=0)
+    """Breadth of floor that the wall carries, often half a span (m); only with ``pressure``."""
     kind: Literal["dead", "live"] = "dead"
+    """Whether the load is permanent or variable."""
     combination: Pure = Field(default=1.0, ge=0, le=1)
+    """Share of a live load that acts (1), such as the long-term factor of a loading code."""
     side: Literal["top", "left", "right"] = "top"
+    """Loaded side of the wall."""
     y: Length | None = Field(default=None, gt=0)
+    """Height of the bed joint that carries a load inside the wall, above the wall's underside (m); the nearest bed
+    joint counts. None: the load is on the side."""
     start: Length | None = Field(default=None, ge=0)
+    """Start of the strip: from the left end of the wall, or from its underside (m). None: the start of the side."""
     end: Length | None = Field(default=None, gt=0)
+    """End of the strip, likewise. None: the end of the side."""
     at: Length | None = Field(default=None, ge=0)
+    """Middle of the strip, in place of ``start`` and ``end``. Without ``width`` a load with a size acts at this
+    point."""
     width: Length | None = Field(default=None, gt=0)
+    """Length of the strip along the side (m). None: as long as the side."""
     direction: Literal["towards", "along"] = "towards"
+    """``towards``: the load presses on the wall. ``along``: it pushes to the right on the top, and down on a side."""
     share: Pure = Field(default=1.0, gt=0)
+    """Share of the total load of a test, relative to the other strips (1)."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Load:
@@ -157,30 +135,6 @@ class Loading:
     The test begins under the dead load. The controlled quantity grows in the increments of the movement to the value
     given here; stages of the movement make cycles of it. All measurements count from the dead load.
 
-    Attributes
-    ----------
-    control : {"force", "displacement", "opening"}
-        ``force``: the load of all strips; the path ends at the load capacity. ``displacement``: displacement of the
-        strips in the direction of their loads, by their shares. ``opening``: opening of the gauge. With the last two
-        the load is a result, and may fall; without stages the path ends where it reaches 0.
-    force : float or None
-        Load of all strips together at the end (N).
-    displacement : float or None
-        Displacement of the strips at the end (m).
-    opening : float or None
-        Opening of the gauge at the end (m).
-    gauge : sequence of (x, y)
-        Two points of the wall (m): the opening is the increase of their distance. It is measured in every test.
-        Bricks count as rigid between the points and their middles.
-    beam : {"none", "free", "level", "clamped"}
-        Stiff beam without weight in a bed of mortar on the wall's top, which takes the loads there, ``[loads] roof``
-        included. ``free``: it may turn, as the top of a cantilever. ``level``: it stays level under a constant load.
-        ``clamped``: it also keeps its height, from the dead load on.
-    bearing_stiffness : float or None
-        Normal stiffness of the supports (Pa/m). None: as the joints.
-    bearing_friction : float
-        tan(phi) (1) of the supports. 0: rollers.
-
     Examples
     --------
     >>> from damagepred import scene
@@ -189,13 +143,26 @@ class Loading:
     """
 
     control: Literal["force", "displacement", "opening"] = "force"
+    """``force``: the load of all strips; the path ends at the load capacity. ``displacement``: displacement of the
+    strips in the direction of their loads, by their shares. ``opening``: opening of the gauge. With the last two the
+    load is a result, and may fall; without stages the path ends where it reaches 0."""
     force: Force | None = Field(default=None, gt=0)
+    """Load of all strips together at the end (N)."""
     displacement: Length | None = Field(default=None, gt=0)
+    """Displacement of the strips at the end (m)."""
     opening: Length | None = Field(default=None, gt=0)
+    """Opening of the gauge at the end (m)."""
     gauge: tuple[tuple[Length, Length], ...] = ()
+    """Two points of the wall (m): the opening is the increase of their distance. It is measured in every test. Bricks
+    count as rigid between the points and their middles."""
     beam: Literal["none", "free", "level", "clamped"] = "none"
+    """Stiff beam without weight in a bed of mortar on the wall's top, which takes the loads there, ``[loads] roof``
+    included. ``free``: it may turn, as the top of a cantilever. ``level``: it stays level under a constant load.
+    ``clamped``: it also keeps its height, from the dead load on."""
     bearing_stiffness: Stiffness | None = Field(default=None, gt=0)
+    """Normal stiffness of the supports (Pa/m). None: as the joints."""
     bearing_friction: Pure = Field(default=0.0, ge=0)
+    """tan(phi) (1) of the supports. 0: rollers."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Loading:

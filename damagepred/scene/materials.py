@@ -23,30 +23,6 @@ class BlockMaterial:
     Rigid and elastic bricks break in the middle where both tensile_strength and fracture_energy are given; see
     ``solver.brick_cracks``. Only zones of deformable blocks use dilation, and cohesion without the two.
 
-    Attributes
-    ----------
-    elastic_modulus : float
-        Young's modulus (Pa). The default is the paper's 9000 MPa, a *masonry* modulus.
-    poisson_ratio : float
-        Poisson's ratio (1).
-    density : float
-        Mass density (kg/m3).
-    cohesion : float or None
-        C (Pa). None: zones never yield in shear, and the middle of a rigid or elastic brick has the cohesion
-        tensile_strength, or tensile_strength times friction if that is more.
-    friction : float
-        tan(phi) (1), used with a cohesion, and in the crack of a broken brick.
-    dilation : float
-        tan(psi) (1) of the plastic flow in shear. At most the friction.
-    tensile_strength : float or None
-        Tension cut-off (Pa) of every principal stress of zones. In effect at most cohesion / friction, the apex of the
-        cone. None: the apex, or no limit without cohesion. With fracture_energy, strength of the potential vertical
-        crack in the middle of rigid and elastic bricks (Lourenco and Rots 1997).
-    fracture_energy : float or None
-        G_f (N/m): the work of opening a crack of unit area through a brick. Tension falls linearly with the opening.
-        Less than the elastic energy of the brick: it breaks at once. None: rigid and elastic bricks do not break.
-        Clay bricks: 60 to 130 N/m (van der Pluijm 1999, assumed).
-
     Examples
     --------
     >>> from damagepred import BlockMaterial
@@ -56,13 +32,26 @@ class BlockMaterial:
     """
 
     elastic_modulus: Pressure = Field(default=9.0e9, ge=1e-3)
+    """Young's modulus (Pa). The default is the paper's 9000 MPa, a *masonry* modulus."""
     poisson_ratio: Pure = Field(default=0.19, ge=0, lt=0.5)
+    """Poisson's ratio (1)."""
     density: Density = Field(default=2000.0, ge=0)
+    """Mass density (kg/m3)."""
     cohesion: Pressure | None = Field(default=None, ge=0)
+    """C (Pa). None: zones never yield in shear, and the middle of a rigid or elastic brick has the cohesion
+    tensile_strength, or tensile_strength times friction if that is more."""
     friction: Pure = Field(default=0.75, ge=0)
+    """tan(phi) (1), used with a cohesion, and in the crack of a broken brick."""
     dilation: Pure = Field(default=0.0, ge=0)
+    """tan(psi) (1) of the plastic flow in shear. At most the friction."""
     tensile_strength: Pressure | None = Field(default=None, ge=0)
+    """Tension cut-off (Pa) of every principal stress of zones. In effect at most cohesion / friction, the apex of the
+    cone. None: the apex, or no limit without cohesion. With fracture_energy, strength of the potential vertical crack
+    in the middle of rigid and elastic bricks (Lourenco and Rots 1997)."""
     fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
+    """G_f (N/m): the work of opening a crack of unit area through a brick. Tension falls linearly with the opening.
+    Less than the elastic energy of the brick: it breaks at once. None: rigid and elastic bricks do not break. Clay
+    bricks: 60 to 130 N/m (van der Pluijm 1999, assumed)."""
 
     @model_validator(mode="after")
     def _consistent(self) -> BlockMaterial:
@@ -87,54 +76,6 @@ class Joint:
 
     In the law, tension is positive: sigma <= tensile_strength and |tau| <= cohesion - sigma * friction.
 
-    Attributes
-    ----------
-    normal_stiffness : float
-        k_n (Pa/m).
-    shear_stiffness : float
-        k_s (Pa/m).
-    tensile_strength : float
-        f_t (Pa). In effect at most cohesion / friction, the apex of the friction cone.
-    cohesion : float
-        C (Pa).
-    friction : float
-        tan(phi) (1).
-    dilation : float
-        tan(psi) (1): opening per unit of slip. At most the friction.
-    residual_tensile_strength : float
-        Tensile strength of the cracked joint (Pa).
-    residual_cohesion : float
-        Cohesion of the cracked joint (Pa).
-    residual_friction : float or None
-        tan(phi) (1) of the cracked joint; None: as the friction.
-    brittle_shear : bool
-        Whether the first slip also leaves only the residual values. False is the paper's Eq. 4 as printed: slip does
-        not change cohesion and tensile strength.
-    fracture_energy : float or None
-        G_f (N/m, the same as J/m2): the work of opening a crack of unit area, mode I. Tension then falls linearly with
-        the opening, from f_t to 0 at 2 G_f / f_t, and cohesion and friction fall with it to their residual values.
-        None, or less than the elastic energy of the joint: the bond breaks at once, as in the paper. Clay brick and
-        mortar: 5 to 20 N/m (van der Pluijm 1999, assumed).
-    softening : "linear" or "exponential"
-        Decrease of tension and bond with the opening. Exponential: first fast and then slowly, to 0 at about
-        5.1 G_f / f_t. Both have the same fracture energies.
-    shear_fracture_energy : float or None
-        G_f (N/m), mode II: the work of slip that wears off the bond of an unopened joint, in addition to the work
-        against the residual values. Cohesion, friction and tension fall linearly with the slip, to the residual values
-        at 2 G_f / (cohesion - residual_cohesion). Slip and opening wear off the same bond. Only with fracture_energy,
-        without dilation and brittle_shear. Less than the elastic energy of the joint: the first slip breaks the bond.
-        None: slip does not change the bond. Clay brick and mortar: 10 to 250 N/m (van der Pluijm 1999, assumed).
-    compressive_strength : float or None
-        f_c (Pa), the cap. The pressure is limited, sigma >= -f_c, with permanent closing (crushing). Near the cap the
-        shear is limited to |tau| <= sqrt((f_c^2 - sigma^2) / C_ss), where this is below Coulomb's limit. This is the
-        ellipse of Lourenco and Rots (1997), without its hardening and softening; slip on it does not close the joint.
-        None: no cap. Only without dilation.
-    cap_shear : float
-        C_ss (1), weight of shear in the cap; 9 in Lourenco and Rots.
-    strength_factor : float
-        Factor on tensile strength, cohesion and their residual values (1), also where they vary from joint to joint.
-        Sampled without a field it is the batch: the strength of all joints of one wall.
-
     Examples
     --------
     >>> from damagepred import Joint
@@ -144,21 +85,50 @@ class Joint:
     """
 
     normal_stiffness: Stiffness = Field(default=82e9, gt=0)
+    """k_n (Pa/m)."""
     shear_stiffness: Stiffness = Field(default=36e9, gt=0)
+    """k_s (Pa/m)."""
     tensile_strength: Pressure = Field(default=0.453e6, ge=0)
+    """f_t (Pa). In effect at most cohesion / friction, the apex of the friction cone."""
     cohesion: Pressure = Field(default=0.375e6, ge=0)
+    """C (Pa)."""
     friction: Pure = Field(default=0.75, ge=0)
+    """tan(phi) (1)."""
     dilation: Pure = Field(default=0.0, ge=0)
+    """tan(psi) (1): opening per unit of slip. At most the friction."""
     residual_tensile_strength: Pressure = Field(default=0.0, ge=0)
+    """Tensile strength of the cracked joint (Pa)."""
     residual_cohesion: Pressure = Field(default=0.0, ge=0)
+    """Cohesion of the cracked joint (Pa)."""
     residual_friction: Pure | None = Field(default=None, ge=0)
+    """tan(phi) (1) of the cracked joint; None: as the friction."""
     brittle_shear: bool = False
+    """Whether the first slip also leaves only the residual values. False is the paper's Eq. 4 as printed: slip does not
+    change cohesion and tensile strength."""
     fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
+    """G_f (N/m, the same as J/m2): the work of opening a crack of unit area, mode I. Tension then falls linearly with
+    the opening, from f_t to 0 at 2 G_f / f_t, and cohesion and friction fall with it to their residual values. None, or
+    less than the elastic energy of the joint: the bond breaks at once, as in the paper. Clay brick and mortar: 5 to 20
+    N/m (van der Pluijm 1999, assumed)."""
     shear_fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
+    """G_f (N/m), mode II: the work of slip that wears off the bond of an unopened joint, in addition to the work
+    against the residual values. Cohesion, friction and tension fall linearly with the slip, to the residual values at 2
+    G_f / (cohesion - residual_cohesion). Slip and opening wear off the same bond. Only with fracture_energy, without
+    dilation and brittle_shear. Less than the elastic energy of the joint: the first slip breaks the bond. None: slip
+    does not change the bond. Clay brick and mortar: 10 to 250 N/m (van der Pluijm 1999, assumed)."""
     softening: Literal["linear", "exponential"] = "linear"
+    """Decrease of tension and bond with the opening. Exponential: first fast and then slowly, to 0 at about 5.1 G_f /
+    f_t. Both have the same fracture energies."""
     compressive_strength: Pressure | None = Field(default=None, gt=0)
+    """f_c (Pa), the cap. The pressure is limited, sigma >= -f_c, with permanent closing (crushing). Near the cap the
+    shear is limited to |tau| <= sqrt((f_c^2 - sigma^2) / C_ss), where this is below Coulomb's limit. This is the
+    ellipse of Lourenco and Rots (1997), without its hardening and softening; slip on it does not close the joint. None:
+    no cap. Only without dilation."""
     cap_shear: Pure = Field(default=9.0, gt=0)
+    """C_ss (1), weight of shear in the cap; 9 in Lourenco and Rots."""
     strength_factor: Pure = Field(default=1.0, gt=0)
+    """Factor on tensile strength, cohesion and their residual values (1), also where they vary from joint to joint.
+    Sampled without a field it is the batch: the strength of all joints of one wall."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Joint:
@@ -195,12 +165,6 @@ class Joint:
 class HeadJointFactors:
     """Ratios of head joints to beds (``[head_joint.factor]``), also for values that vary from joint to joint.
 
-    Attributes
-    ----------
-    normal_stiffness, shear_stiffness, tensile_strength, cohesion, friction, fracture_energy, shear_fracture_energy, \
-    compressive_strength : float
-        Factors on these keys of ``[joint]`` (1).
-
     Examples
     --------
     >>> from damagepred import scene
@@ -217,6 +181,7 @@ class HeadJointFactors:
     fracture_energy: Pure = Field(default=1.0, gt=0)
     shear_fracture_energy: Pure = Field(default=1.0, gt=0)
     compressive_strength: Pure = Field(default=1.0, gt=0)
+    """Factors on these keys of ``[joint]`` (1)."""
 
 
 def _overrides(of: type) -> Callable[[type[T]], type[T]]:
@@ -286,19 +251,6 @@ class Dpc:
 
     It carries no tension. Stiffness and cap are as in ``[joint]`` unless given here.
 
-    Attributes
-    ----------
-    course : int
-        Number of courses below the dpc (1 or more, fewer than the wall has).
-    friction : float
-        tan(phi) (1), 0.5 in the paper.
-    cohesion : float
-        C (Pa), 0 in the paper.
-    normal_stiffness : float or None
-        k_n (Pa/m); None: as the joints.
-    shear_stiffness : float or None
-        k_s (Pa/m); None: as the joints.
-
     Examples
     --------
     >>> from damagepred import Dpc, Scene
@@ -308,10 +260,15 @@ class Dpc:
     """
 
     course: Count = Field(default=2, ge=1)
+    """Number of courses below the dpc (1 or more, fewer than the wall has)."""
     friction: Pure = Field(default=0.5, ge=0)
+    """tan(phi) (1), 0.5 in the paper."""
     cohesion: Pressure = Field(default=0.0, ge=0)
+    """C (Pa), 0 in the paper."""
     normal_stiffness: Stiffness | None = Field(default=None, gt=0)
+    """k_n (Pa/m); None: as the joints."""
     shear_stiffness: Stiffness | None = Field(default=None, gt=0)
+    """k_s (Pa/m); None: as the joints."""
 
 
 @described
@@ -321,25 +278,6 @@ class Footing:
     A prescribed movement moves the underside of the wall directly, whatever these values. On jacks or on a mound the
     footing is a beam that bends freely: a chain of rigid segments, one below each brick of the first course. The
     sections between them bend and shear.
-
-    Attributes
-    ----------
-    width : float
-        Width of the cross-section (m).
-    depth : float
-        Depth of the cross-section (m).
-    elastic_modulus : float
-        Young's modulus (Pa).
-    poisson_ratio : float
-        Poisson's ratio (1).
-    density : float
-        Mass density (kg/m3).
-    segment_length : float or None
-        Longest segment of the beam (m). None: as long as the bricks of the first course.
-    joint : Joint or None
-        Bed between footing and first course (``[footing.joint]``). None: the wall's mortar.
-    concrete : ReinforcedConcrete or None
-        Reinforced concrete that cracks (``[footing.concrete]``). None: elastic with ``elastic_modulus``.
 
     Examples
     --------
@@ -351,13 +289,21 @@ class Footing:
     """
 
     width: Length = Field(default=0.3, ge=1e-3, le=100)
+    """Width of the cross-section (m)."""
     depth: Length = Field(default=0.3, ge=1e-3, le=100)
+    """Depth of the cross-section (m)."""
     elastic_modulus: Pressure = Field(default=7.0e9, ge=1e-3)
+    """Young's modulus (Pa)."""
     poisson_ratio: Pure = Field(default=0.2, ge=0, lt=0.5)
+    """Poisson's ratio (1)."""
     density: Density = Field(default=2130.0, ge=0)
+    """Mass density (kg/m3)."""
     segment_length: Length | None = Field(default=None, ge=1e-3)
+    """Longest segment of the beam (m). None: as long as the bricks of the first course."""
     joint: Joint | None = None
+    """Bed between footing and first course (``[footing.joint]``). None: the wall's mortar."""
     concrete: ReinforcedConcrete | None = None
+    """Reinforced concrete that cracks (``[footing.concrete]``). None: elastic with ``elastic_modulus``."""
 
     @model_validator(mode="after")
     def _mesh_fits(self) -> Footing:
@@ -377,12 +323,6 @@ class Footing:
 class Loads:
     """Dead loads on the wall (``[loads]``); self weight comes from the densities.
 
-    Attributes
-    ----------
-    roof : float
-        Total vertical load (N), downwards, uniform along the top of the wall. In a file also per length of the wall,
-        such as ``"3 kN/m"``.
-
     Examples
     --------
     >>> from damagepred import Loads
@@ -391,3 +331,5 @@ class Loads:
     """
 
     roof: Force = Field(default=0.0, ge=0)
+    """Total vertical load (N), downwards, uniform along the top of the wall. In a file also per length of the wall,
+    such as ``"3 kN/m"``."""

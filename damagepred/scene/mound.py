@@ -30,55 +30,6 @@ class Mound:
     movement, with the history of the joints. The edge distance of walsh follows the present movement; all other
     forms, ``table`` included, keep their fractions.
 
-    Attributes
-    ----------
-    shape : {"walsh", "mitchell", "tree", "pipe", "tunnel", "table"}
-        ``walsh``: flat, with a parabola over the edge distance. ``mitchell``: a power of the distance from the middle.
-        ``tree``: largest at the tree, 0 at its reach. ``pipe``: a bell over a wet patch. ``tunnel``: Gaussian trough
-        across a tunnel. ``table``: as given.
-    surface_movement : float
-        For walsh and mitchell the characteristic surface movement y_s of the site (m), otherwise the largest movement.
-    movement_ratio : float or None
-        y_m / y_s (1), for walsh and mitchell. None: 0.7 in doming and 0.5 in dishing (AS 2870-2011).
-    suction_depth : float
-        H_s (m), depth of changes in moisture: 1.5 m in wet climates to 4 m and more in dry ones
-        (``data/ground/site_classes.toml``).
-    embedment : float
-        D_e (m), depth of the footing's edge below the ground, for mitchell.
-    edge_distance : float or None
-        e (m) of walsh, at most half the wall's length. None: by the formulas below.
-    doming_suction_divisor : float
-        The 8 in e = H_s / 8 + y_m / 36 in doming, with e and H_s in m and y_m in mm.
-    doming_movement_divisor : float
-        The 36 in e = H_s / 8 + y_m / 36.
-    dishing_length_share : float
-        The 0.2 in e = 0.2 L in dishing, at most 0.6 m + y_m / 25, with y_m in mm.
-    dishing_edge_base : float
-        The 0.6 m in 0.6 m + y_m / 25.
-    dishing_movement_divisor : float
-        The 25 in 0.6 m + y_m / 25.
-    exponent : float or None
-        Exponent of mitchell (None: 1.5 L / (H_s - D_e)) and of tree (None: 2).
-    exponent_factor : float
-        Factor 1.5 of this exponent.
-    position : float or None
-        Tree, middle of the wet patch, or axis of the tunnel, along the wall from its left end (m), also outside the
-        wall. None: the left end for the tree, otherwise the middle.
-    reach : float or None
-        Distance (m) from a tree to its last movement; None: the wall's length. Half width of the wet patch; None: half
-        the wall's length. Distance i of the trough's inflection point from the tunnel's axis; None: trough_width times
-        the tunnel's depth.
-    tunnel_depth : float or None
-        z_0 of the tunnel's axis below the footing (m); with it the ground also moves along the wall.
-    trough_width : float
-        K = i / z_0 of a tunnel (1): 0.5 in clay (O'Reilly and New 1982).
-    table : sequence of (position, fraction)
-        For ``shape = "table"``: position along the wall from 0 to 1, and the movement there as a fraction of
-        ``surface_movement``; a monotone cubic (PCHIP) between. In a scene file it may be the name of a file, as in
-        ``movement.table``; movements with a unit (up positive) have sign and size.
-    table_ends : {"refuse", "cut", "level", "extend"}
-        See ``[movement] table_ends``.
-
     Examples
     --------
     >>> from damagepred import Mound, Movement, Scene
@@ -88,24 +39,52 @@ class Mound:
     """
 
     shape: Literal["walsh", "mitchell", "tree", "pipe", "tunnel", "table"] = "walsh"
+    """``walsh``: flat, with a parabola over the edge distance. ``mitchell``: a power of the distance from the middle.
+    ``tree``: largest at the tree, 0 at its reach. ``pipe``: a bell over a wet patch. ``tunnel``: Gaussian trough across
+    a tunnel. ``table``: as given."""
     surface_movement: Length = Field(default=0.04, ge=0)
+    """For walsh and mitchell the characteristic surface movement y_s of the site (m), otherwise the largest
+    movement."""
     movement_ratio: Pure | None = Field(default=None, ge=0)
+    """y_m / y_s (1), for walsh and mitchell. None: 0.7 in doming and 0.5 in dishing (AS 2870-2011)."""
     suction_depth: Length = Field(default=4.0, gt=0)
+    """H_s (m), depth of changes in moisture: 1.5 m in wet climates to 4 m and more in dry ones
+    (``data/ground/site_classes.toml``)."""
     embedment: Length = Field(default=0.0, ge=0)
+    """D_e (m), depth of the footing's edge below the ground, for mitchell."""
     edge_distance: Length | None = Field(default=None, gt=0)
+    """e (m) of walsh, at most half the wall's length. None: by the formulas below."""
     doming_suction_divisor: Pure = Field(default=8.0, gt=0)
+    """The 8 in e = H_s / 8 + y_m / 36 in doming, with e and H_s in m and y_m in mm."""
     doming_movement_divisor: Pure = Field(default=36.0, gt=0)
+    """The 36 in e = H_s / 8 + y_m / 36."""
     dishing_length_share: Pure = Field(default=0.2, gt=0)
+    """The 0.2 in e = 0.2 L in dishing, at most 0.6 m + y_m / 25, with y_m in mm."""
     dishing_edge_base: Length = Field(default=0.6, gt=0)
+    """The 0.6 m in 0.6 m + y_m / 25."""
     dishing_movement_divisor: Pure = Field(default=25.0, gt=0)
+    """The 25 in 0.6 m + y_m / 25."""
     exponent: Pure | None = Field(default=None, ge=1)
+    """Exponent of mitchell (None: 1.5 L / (H_s - D_e)) and of tree (None: 2)."""
     exponent_factor: Pure = Field(default=1.5, gt=0)
+    """Factor 1.5 of this exponent."""
     position: Length | None = None
+    """Tree, middle of the wet patch, or axis of the tunnel, along the wall from its left end (m), also outside the
+    wall. None: the left end for the tree, otherwise the middle."""
     reach: Length | None = Field(default=None, gt=0)
+    """Distance (m) from a tree to its last movement; None: the wall's length. Half width of the wet patch; None: half
+    the wall's length. Distance i of the trough's inflection point from the tunnel's axis; None: trough_width times the
+    tunnel's depth."""
     tunnel_depth: Length | None = Field(default=None, gt=0)
+    """z_0 of the tunnel's axis below the footing (m); with it the ground also moves along the wall."""
     trough_width: Pure = Field(default=0.5, gt=0)
+    """K = i / z_0 of a tunnel (1): 0.5 in clay (O'Reilly and New 1982)."""
     table: tuple[tuple[Pure, Pure], ...] = ()
+    """For ``shape = "table"``: position along the wall from 0 to 1, and the movement there as a fraction of
+    ``surface_movement``; a monotone cubic (PCHIP) between. In a scene file it may be the name of a file, as in
+    ``movement.table``; movements with a unit (up positive) have sign and size."""
     table_ends: Literal["refuse", "cut", "level", "extend"] = "refuse"
+    """See ``[movement] table_ends``."""
 
     @model_validator(mode="after")
     def _complete(self) -> Mound:

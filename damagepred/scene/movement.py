@@ -38,78 +38,6 @@ from damagepred.scene.settlement import (
 class Movement:
     """Movement of the footing (``[movement]``), reached in equal increments.
 
-    Attributes
-    ----------
-    kind : {"dishing", "doming", "settle", "heave"}
-        Dishing (sagging): the centre goes down relative to the ends; doming (hogging): it goes up. At a tree, a pipe, a
-        tunnel and a table of ``[mound]``, and with ``settlement``: the ground goes down (settle) or up (heave).
-    central_deflection : float
-        Final deflection of the centre relative to the ends (m), not negative; 0 for self weight alone. Not read on a
-        mound, nor on jacks under load control; 0 in a test under loads and with ``settlement``.
-    increments : int
-        Number of equal increments.
-    shape : {"three_loads", "parabola", "arc", "table", "settle", "tilt", "trough", "step", "jacks", "mound", "loads"}
-        Form of the footing. ``three_loads``: elastic beam under equal loads at the quarter points.
-        ``parabola``: uniform small curvature. ``arc``: circle through ends and centre, flatter at smaller deflections;
-        under a deformable footing the final circle is scaled, a difference of (deflection / length)^2. ``table``: as
-        given. ``settle``: one end, or the ground at ``position``, goes down, level there and at its ``reach``.
-        ``tilt``: a straight line. ``trough``: Gaussian, across a tunnel. ``step``: one part of the ground goes down,
-        the other stays. With the other shapes the footing is a beam that bends freely. ``jacks``: on the supports and
-        jacks of ``[rig]``. ``mound``: on the ``[soil]``, whose surface moves by ``[mound]``. ``loads``: fixed ground,
-        and a laboratory test with the loads of ``[loading]`` in these increments.
-    table : sequence of (position, fraction)
-        For ``shape = "table"``: position along the wall from 0 to 1, and deflection there in any unit. They are scaled
-        to a deviation of 1 of the middle from the line through the ends, or to ``settlement``. Unequal ends also tilt
-        the wall. A monotone cubic (PCHIP) runs between the points. In a scene file it may be the name of a CSV or xlsx
-        file. It has ``x`` from the wall's left end (m, or the unit in its name) and ``level`` (up positive) or
-        ``settlement`` (down positive). ``displacement`` is to the right; of two visits (``date``) the table is the
-        change. Columns without such names are position, level and displacement. Levels with a unit, such as ``level
-        (mm)``, have sign and size: ``kind`` and ``central_deflection`` follow from them, and must not contradict them.
-        ``settlement`` follows where the middle lies on the line through the ends. Without a unit they are a form, and
-        both must be given.
-    table_ends : {"refuse", "cut", "level", "extend"}
-        Treatment of a file that does not end at the ends of the wall. ``cut``: points beyond the wall are cut off. The
-        others also continue a short profile: at its last level, or in a straight line through its last two points.
-    stage : sequence of Stage
-        Movement history, from level ground through the deflections of the stages, in both directions. Then
-        ``increments`` is not read, and ``central_deflection`` is the largest deflection of all stages; on a mound
-        ``[mound]`` has the largest surface movement. Either may be left out. A study that samples this value scales the
-        whole history. Jacks are controlled by deflection, and push in one direction.
-    history : str or None
-        In a scene file, instead of stages: name of a CSV or xlsx file, each line the end of a stage. Its columns are
-        time (years) and movement (m), or in the unit of the column's name, and optionally increments and strain (of
-        the bricks). Doming is positive; on a mound it is the surface movement.
-    seasons : Seasons or None
-        History of some years, of a trend, seasons and steps. It determines the stages and the largest movement.
-    settlement : float or None
-        Size of settle, tilt, trough and step (m), not negative; in a table instead of ``central_deflection``.
-    settlement_is : {"largest", "range", "relative"} or None
-        Meaning of ``settlement``. ``largest`` (None): displacement of the ground, of a trough at its axis. ``range``:
-        from the lowest to the highest ground under the wall. ``relative``: largest deviation from the line through the
-        ends.
-    end : {"left", "right"} or None
-        End that settles, or side of a step. None: left.
-    position : float or None
-        Place of the largest settlement, instead of an end; axis of the trough; place of the step, along the wall from
-        its left end (m). None: the middle for trough and step.
-    reach : float or None
-        Distance to the end of the settlement (m). None: half the wall's length.
-    trough_width : float or None
-        Distance i of the trough's inflection point from its axis (m). None: half of ``tunnel_depth``.
-    tunnel_depth : float or None
-        Depth z_0 of the tunnel's axis below the footing (m). The ground also moves along the wall, by u =
-        v (x - x_axis) / z_0 (O'Reilly and New 1982). None: twice ``trough_width``.
-    volume_loss : float or None
-        V_l of the tunnel (1), from which ``settlement`` follows: V_l pi D^2 / 4 over sqrt(2 pi) i (Peck 1969).
-    tunnel_diameter : float or None
-        D (m), read with ``volume_loss``.
-    horizontal : sequence of (position, displacement)
-        Displacement to the right, in a table's unit.
-    survey_error : float or None
-        Standard deviation of each level of a table (m). Each sample of a study draws other errors.
-    survey_seed : int or None
-        Seed of these errors, which a study sets. None: no errors.
-
     Examples
     --------
     >>> from damagepred import Movement
@@ -118,28 +46,75 @@ class Movement:
     """
 
     kind: Kind = "dishing"
+    """Dishing (sagging): the centre goes down relative to the ends; doming (hogging): it goes up. At a tree, a pipe, a
+    tunnel and a table of ``[mound]``, and with ``settlement``: the ground goes down (settle) or up (heave)."""
     central_deflection: Length = Field(default=8e-3, ge=0)
+    """Final deflection of the centre relative to the ends (m), not negative; 0 for self weight alone. Not read on a
+    mound, nor on jacks under load control; 0 in a test under loads and with ``settlement``."""
     increments: Count = Field(default=20, ge=1)
+    """Number of equal increments."""
     shape: Literal[
         "three_loads", "parabola", "arc", "table", "settle", "tilt", "trough", "step", "jacks", "mound", "loads"
     ] = "three_loads"
+    """Form of the footing. ``three_loads``: elastic beam under equal loads at the quarter points. ``parabola``: uniform
+    small curvature. ``arc``: circle through ends and centre, flatter at smaller deflections; under a deformable footing
+    the final circle is scaled, a difference of (deflection / length)^2. ``table``: as given. ``settle``: one end, or
+    the ground at ``position``, goes down, level there and at its ``reach``. ``tilt``: a straight line. ``trough``:
+    Gaussian, across a tunnel. ``step``: one part of the ground goes down, the other stays. With the other shapes the
+    footing is a beam that bends freely. ``jacks``: on the supports and jacks of ``[rig]``. ``mound``: on the
+    ``[soil]``, whose surface moves by ``[mound]``. ``loads``: fixed ground, and a laboratory test with the loads of
+    ``[loading]`` in these increments."""
     table: tuple[tuple[Pure, Pure], ...] = ()
+    """For ``shape = "table"``: position along the wall from 0 to 1, and deflection there in any unit. They are scaled
+    to a deviation of 1 of the middle from the line through the ends, or to ``settlement``. Unequal ends also tilt the
+    wall. A monotone cubic (PCHIP) runs between the points. In a scene file it may be the name of a CSV or xlsx file. It
+    has ``x`` from the wall's left end (m, or the unit in its name) and ``level`` (up positive) or ``settlement`` (down
+    positive). ``displacement`` is to the right; of two visits (``date``) the table is the change. Columns without such
+    names are position, level and displacement. Levels with a unit, such as ``level (mm)``, have sign and size: ``kind``
+    and ``central_deflection`` follow from them, and must not contradict them. ``settlement`` follows where the middle
+    lies on the line through the ends. Without a unit they are a form, and both must be given."""
     table_ends: Literal["refuse", "cut", "level", "extend"] = "refuse"
+    """Treatment of a file that does not end at the ends of the wall. ``cut``: points beyond the wall are cut off. The
+    others also continue a short profile: at its last level, or in a straight line through its last two points."""
     stage: tuple[Stage, ...] = ()
+    """Movement history, from level ground through the deflections of the stages, in both directions. Then
+    ``increments`` is not read, and ``central_deflection`` is the largest deflection of all stages; on a mound
+    ``[mound]`` has the largest surface movement. Either may be left out. A study that samples this value scales the
+    whole history. Jacks are controlled by deflection, and push in one direction."""
     history: str | None = None
+    """In a scene file, instead of stages: name of a CSV or xlsx file, each line the end of a stage. Its columns are
+    time (years) and movement (m), or in the unit of the column's name, and optionally increments and strain (of the
+    bricks). Doming is positive; on a mound it is the surface movement."""
     seasons: Seasons | None = None
+    """History of some years, of a trend, seasons and steps. It determines the stages and the largest movement."""
     settlement: Length | None = Field(default=None, ge=0)
+    """Size of settle, tilt, trough and step (m), not negative; in a table instead of ``central_deflection``."""
     settlement_is: Literal["largest", "range", "relative"] | None = None
+    """Meaning of ``settlement``. ``largest`` (None): displacement of the ground, of a trough at its axis. ``range``:
+    from the lowest to the highest ground under the wall. ``relative``: largest deviation from the line through the
+    ends."""
     end: Literal["left", "right"] | None = None
+    """End that settles, or side of a step. None: left."""
     position: Length | None = None
+    """Place of the largest settlement, instead of an end; axis of the trough; place of the step, along the wall from
+    its left end (m). None: the middle for trough and step."""
     reach: Length | None = Field(default=None, gt=0)
+    """Distance to the end of the settlement (m). None: half the wall's length."""
     trough_width: Length | None = Field(default=None, gt=0)
+    """Distance i of the trough's inflection point from its axis (m). None: half of ``tunnel_depth``."""
     tunnel_depth: Length | None = Field(default=None, gt=0)
+    """Depth z_0 of the tunnel's axis below the footing (m). The ground also moves along the wall, by u = v (x - x_axis)
+    / z_0 (O'Reilly and New 1982). None: twice ``trough_width``."""
     volume_loss: Pure | None = Field(default=None, gt=0, lt=1)
+    """V_l of the tunnel (1), from which ``settlement`` follows: V_l pi D^2 / 4 over sqrt(2 pi) i (Peck 1969)."""
     tunnel_diameter: Length | None = Field(default=None, gt=0)
+    """D (m), read with ``volume_loss``."""
     horizontal: tuple[tuple[Pure, Pure], ...] = ()
+    """Displacement to the right, in a table's unit."""
     survey_error: Length | None = Field(default=None, ge=0)
+    """Standard deviation of each level of a table (m). Each sample of a study draws other errors."""
     survey_seed: Count | None = Field(default=None, ge=0)
+    """Seed of these errors, which a study sets. None: no errors."""
 
     @model_validator(mode="before")
     @classmethod

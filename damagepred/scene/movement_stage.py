@@ -46,28 +46,6 @@ def with_largest_stage(tables: Mapping[str, Any]) -> Mapping[str, Any]:
 class Stage:
     """Stage of a movement history (``[[movement.stage]]``): from the end of the last one, in equal increments.
 
-    Attributes
-    ----------
-    kind : {"dishing", "doming", "settle", "heave"}
-        Side of the centre, relative to the line through the ends, at the end of the stage. Where ``movement.kind`` is
-        settle or heave: whether the ground is then below or above its level.
-    central_deflection : float or None
-        Deflection of the centre at the end of the stage (m), not negative; 0 is level ground. Not for mounds. A stage
-        with only a time or a strain stays where the last one ended.
-    surface_movement : float or None
-        For mounds instead: the surface movement at the end of the stage (m).
-    settlement : float or None
-        For a movement with a ``settlement`` instead: its size at the end of the stage (m).
-    load_factor : float or None
-        For laboratory tests instead: controlled quantity of ``[loading]`` at the end of the stage, over its value there
-        (1). Below 0 loads and displacement are reversed.
-    increments : int
-        Number of equal increments.
-    time : float or None
-        End of the stage (years). All stages have a time, or no stage.
-    strain : float or None
-        Strain of the bricks at the end of the stage, without ``[strain]`` (1). None: as at its start.
-
     Examples
     --------
     >>> from damagepred import scene
@@ -77,13 +55,24 @@ class Stage:
     """
 
     kind: Kind = "dishing"
+    """Side of the centre, relative to the line through the ends, at the end of the stage. Where ``movement.kind`` is
+    settle or heave: whether the ground is then below or above its level."""
     central_deflection: Length | None = Field(default=None, ge=0)
+    """Deflection of the centre at the end of the stage (m), not negative; 0 is level ground. Not for mounds. A stage
+    with only a time or a strain stays where the last one ended."""
     surface_movement: Length | None = Field(default=None, ge=0)
+    """For mounds instead: the surface movement at the end of the stage (m)."""
     settlement: Length | None = Field(default=None, ge=0)
+    """For a movement with a ``settlement`` instead: its size at the end of the stage (m)."""
     load_factor: Pure | None = Field(default=None, ge=-1, le=1)
+    """For laboratory tests instead: controlled quantity of ``[loading]`` at the end of the stage, over its value there
+    (1). Below 0 loads and displacement are reversed."""
     increments: Count = Field(default=10, ge=1)
+    """Number of equal increments."""
     time: Years | None = Field(default=None, gt=0)
+    """End of the stage (years). All stages have a time, or no stage."""
     strain: Pure | None = Field(default=None, ge=-0.01, le=0.01)
+    """Strain of the bricks at the end of the stage, without ``[strain]`` (1). None: as at its start."""
 
     @property
     def size(self) -> float:

@@ -35,20 +35,6 @@ def _check_name(name: str) -> str:
 class PlanWall(Wall):
     """A wall of a house (``[[wall]]``), straight in plan. It has the keys of ``[wall]``; its length follows.
 
-    Attributes
-    ----------
-    name : str
-        Name in keys and results: one word.
-    start, end : (x, y)
-        Ends of its axis in plan (m): the middle of its thickness, up to the axis of the wall that it meets. In
-        elevation x runs from start to end.
-    opening, control_joint, load : list of tables
-        Own openings, control joints and loads, as ``[[opening]]``, ``[[control_joint]]`` and ``[[load]]`` of one wall.
-    loads : Loads or None
-        Own load of the roof.
-    block, joint, head_joint : tables or None
-        Own materials, complete tables; None: the materials of the house.
-
     Examples
     --------
     >>> from damagepred.scene import PlanWall
@@ -57,15 +43,22 @@ class PlanWall(Wall):
     """
 
     name: Annotated[str, AfterValidator(_check_name)]
+    """Name in keys and results: one word."""
     start: tuple[Length, Length]
     end: tuple[Length, Length]
+    """Ends of its axis in plan (m): the middle of its thickness, up to the axis of the wall that it meets. In elevation
+    x runs from start to end."""
     opening: tuple[Opening, ...] = ()
     control_joint: tuple[ControlJoint, ...] = ()
     load: tuple[Load, ...] = ()
+    """Own openings, control joints and loads, as ``[[opening]]``, ``[[control_joint]]`` and ``[[load]]`` of one
+    wall."""
     loads: Loads | None = None
+    """Own load of the roof."""
     block: BlockMaterial | None = None
     joint: Joint | None = None
     head_joint: HeadJoint | None = None
+    """Own materials, complete tables; None: the materials of the house."""
 
     @model_validator(mode="before")
     @classmethod
@@ -109,23 +102,6 @@ class Corner:
     A corner carries vertical shear alone: |tau| <= cohesion + friction * pressure. It has no opening; the push of a
     wall's end on the other wall is left out, because nothing holds a wall out of its plane.
 
-    Attributes
-    ----------
-    stiffness : float or None
-        Shear stiffness of the toothing (Pa/m). None: of the head joints; where walls differ, the smaller value.
-    cohesion : float or None
-        Shear strength of the toothing or ties (Pa). None: of the head joints; where walls differ, the smaller value.
-    friction : float or None
-        tan(phi) (1) under ``pressure``. None: of the head joints.
-    pressure : float
-        Pressure across the toothing (Pa). It is assumed, since the model has no normal force there.
-    brittle : bool or None
-        Whether the first slip leaves only the friction. None: as ``joint.brittle_shear``.
-    control_joint : bool
-        Whether control joints separate the walls at all corners: then only the footings are joined.
-    join_footings : bool
-        Whether footings that meet have the same vertical displacement there. Rotations are not joined.
-
     Examples
     --------
     >>> from damagepred.scene import Corner
@@ -134,12 +110,19 @@ class Corner:
     """
 
     stiffness: Stiffness | None = Field(default=None, gt=0)
+    """Shear stiffness of the toothing (Pa/m). None: of the head joints; where walls differ, the smaller value."""
     cohesion: Pressure | None = Field(default=None, ge=0)
+    """Shear strength of the toothing or ties (Pa). None: of the head joints; where walls differ, the smaller value."""
     friction: Pure | None = Field(default=None, ge=0)
+    """tan(phi) (1) under ``pressure``. None: of the head joints."""
     pressure: Pressure = Field(default=0.0, ge=0)
+    """Pressure across the toothing (Pa). It is assumed, since the model has no normal force there."""
     brittle: bool | None = None
+    """Whether the first slip leaves only the friction. None: as ``joint.brittle_shear``."""
     control_joint: bool = False
+    """Whether control joints separate the walls at all corners: then only the footings are joined."""
     join_footings: bool = True
+    """Whether footings that meet have the same vertical displacement there. Rotations are not joined."""
 
 
 class Junction(NamedTuple):

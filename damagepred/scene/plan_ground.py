@@ -44,27 +44,6 @@ class PlanMound(Mound):
 
     It has the keys of ``[mound]`` of one wall, with places in plan instead of positions along the wall.
 
-    Attributes
-    ----------
-    shape : {"walsh", "mitchell", "tree", "pipe", "corner", "tunnel", "tilt", "levels"}
-        ``walsh`` and ``mitchell``: mounds of AS 2870 over the rectangular outline of the house, with L its length in
-        each direction. ``tree``: largest at ``point``, 0 at its reach. ``pipe`` (a leak or drain) and ``corner`` (which
-        settles): a bell about ``point``. ``tunnel``: Gaussian trough across an axis through ``point``. ``tilt``: a
-        plane, 0 at its upper end. ``levels``: as given on a grid.
-    in_plan : {"each_direction", "nearest_edge"}
-        Form of walsh and mitchell in plan. ``each_direction``: the mounds of both directions are added, so that every
-        wall has the standard's mound of its direction, and corners move twice as far as the middles of edges.
-        ``nearest_edge``: the larger of the two, by the nearest edge of the outline; then the ground is level along
-        the outer walls.
-    point : (x, y) or None
-        Tree, leak, corner that settles, or a point of the tunnel's axis (m).
-    direction : float
-        Direction of the tunnel's axis, or in which a tilt grows (degrees, from x to y).
-    levels : sequence of (x, y, level)
-        For ``shape = "levels"``: movements on all points of a grid, over ``surface_movement``; linear between. In a
-        scene file it may be the name of a CSV or xlsx file with three columns: x, y and level (up positive), each with
-        its unit. ``surface_movement`` and ``movement.kind`` then follow.
-
     Examples
     --------
     >>> from damagepred.scene import PlanMound
@@ -73,10 +52,23 @@ class PlanMound(Mound):
     """
 
     shape: Shape = "walsh"  # type: ignore[assignment]
+    """``walsh`` and ``mitchell``: mounds of AS 2870 over the rectangular outline of the house, with L its length in
+    each direction. ``tree``: largest at ``point``, 0 at its reach. ``pipe`` (a leak or drain) and ``corner`` (which
+    settles): a bell about ``point``. ``tunnel``: Gaussian trough across an axis through ``point``. ``tilt``: a plane, 0
+    at its upper end. ``levels``: as given on a grid."""
     in_plan: Literal["each_direction", "nearest_edge"] = "each_direction"
+    """Form of walsh and mitchell in plan. ``each_direction``: the mounds of both directions are added, so that every
+    wall has the standard's mound of its direction, and corners move twice as far as the middles of edges.
+    ``nearest_edge``: the larger of the two, by the nearest edge of the outline; then the ground is level along the
+    outer walls."""
     point: tuple[Length, Length] | None = None
+    """Tree, leak, corner that settles, or a point of the tunnel's axis (m)."""
     direction: Pure = 0.0
+    """Direction of the tunnel's axis, or in which a tilt grows (degrees, from x to y)."""
     levels: tuple[tuple[Length, Length, Pure], ...] = ()
+    """For ``shape = "levels"``: movements on all points of a grid, over ``surface_movement``; linear between. In a
+    scene file it may be the name of a CSV or xlsx file with three columns: x, y and level (up positive), each with its
+    unit. ``surface_movement`` and ``movement.kind`` then follow."""
 
     @model_validator(mode="after")
     def _in_plan(self) -> PlanMound:
@@ -127,13 +119,6 @@ class GroundSource(PlanMound):
 
     Its surface is added to the surface of ``[mound]``, has the same keys, and grows and reverses with it.
 
-    Attributes
-    ----------
-    name : str or None
-        Name in keys; without it the number of the source.
-    kind : {"settle", "heave", "dishing", "doming"}
-        Movement of the ground, as ``movement.kind``.
-
     Examples
     --------
     >>> from damagepred.scene import GroundSource
@@ -142,7 +127,9 @@ class GroundSource(PlanMound):
     """
 
     name: str | None = None
+    """Name in keys; without it the number of the source."""
     kind: Kind = "settle"
+    """Movement of the ground, as ``movement.kind``."""
 
     @model_validator(mode="after")
     def _named(self) -> GroundSource:

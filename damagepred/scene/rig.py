@@ -18,24 +18,6 @@ class Rig:
     All jacks carry the same load, as in the test of Bryant (1993). In dishing they pull the footing's centre down, in
     doming they push it up; the movement starts from the level state under self weight.
 
-    Attributes
-    ----------
-    supports : sequence of float
-        Positions of the reaction points along the wall, from its left end (m). Empty: both ends.
-    jacks : sequence of float
-        Positions of the jacks along the wall, from its left end (m). Empty: the quarter points.
-    support : {"held", "lift_off"}
-        ``held``: the supports pull and push. ``lift_off``: they only push.
-    support_stiffness : float
-        Stiffness of each support (N/m).
-    control : {"deflection", "load"}
-        ``deflection``: the movement is the central deflection, and the jacks' load an unknown. ``load``: the movement
-        is the jacks' load, and the deflection an unknown.
-    jack_load : float or None
-        Load of each jack at full movement (N), only with ``control = "load"``.
-    stop_at_zero : bool
-        Whether the path ends where the load of the jacks (dishing) or of a support (doming) reaches 0.
-
     Examples
     --------
     >>> from damagepred import Movement, Rig, Scene
@@ -47,12 +29,20 @@ class Rig:
     """
 
     supports: tuple[Length, ...] = ()
+    """Positions of the reaction points along the wall, from its left end (m). Empty: both ends."""
     jacks: tuple[Length, ...] = ()
+    """Positions of the jacks along the wall, from its left end (m). Empty: the quarter points."""
     support: Literal["held", "lift_off"] = "held"
+    """``held``: the supports pull and push. ``lift_off``: they only push."""
     support_stiffness: SpringStiffness = Field(default=1e10, gt=0)
+    """Stiffness of each support (N/m)."""
     control: Literal["deflection", "load"] = "deflection"
+    """``deflection``: the movement is the central deflection, and the jacks' load an unknown. ``load``: the movement is
+    the jacks' load, and the deflection an unknown."""
     jack_load: Force | None = Field(default=None, ge=0)
+    """Load of each jack at full movement (N), only with ``control = "load"``."""
     stop_at_zero: bool = True
+    """Whether the path ends where the load of the jacks (dishing) or of a support (doming) reaches 0."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Rig:

@@ -58,18 +58,6 @@ class Scene:
     Without ``dpc`` the wall has no damp-proof course, and without ``dynamics`` the path is static; every other missing
     table has the paper's values.
 
-    Attributes
-    ----------
-    title : str
-        Description of the wall, for plots and archives.
-    material : str or None
-        Masonry of the library, such as "clay brick, Dutch, 1940s"; ``damagepred materials`` lists it. Its values are
-        the defaults of ``block``, ``joint`` and ``head_joint``. ``"none"`` removes a fracture energy, a compressive
-        strength, a brick's tensile strength, or all of ``head_joint``.
-    wall, block, joint, head_joint, dpc, opening, control_joint, footing, movement, rig, soil, soil_layer, suction,
-    mound, loads, support, load, loading, strain, creep, solver, damage, dynamics, report
-        The tables of the scene file; see their classes.
-
     Examples
     --------
     >>> from damagepred import Scene
@@ -82,7 +70,11 @@ class Scene:
     """
 
     title: Annotated[str, AfterValidator(check_title)] = "masonry wall"
+    """Description of the wall, for plots and archives."""
     material: str | None = None
+    """Masonry of the library, such as "clay brick, Dutch, 1940s"; ``damagepred materials`` lists it. Its values are the
+    defaults of ``block``, ``joint`` and ``head_joint``. ``"none"`` removes a fracture energy, a compressive strength, a
+    brick's tensile strength, or all of ``head_joint``."""
     wall: Wall = Field(default_factory=Wall)
     block: BlockMaterial = Field(default_factory=BlockMaterial)
     joint: Joint = Field(default_factory=Joint)

@@ -14,19 +14,6 @@ from damagepred.scene.quantity import Count, Length, Pure, Years
 class SeasonStep:
     """Lasting change of the ground, as by a leak or a tree (``[[movement.seasons.step]]``).
 
-    Attributes
-    ----------
-    year : float
-        Start (years).
-    movement : float
-        Size (m); positive on the side of ``movement.kind``.
-    rise : float
-        Duration of the rise to its size (years).
-    end : float or None
-        End (years), such as the repair of a leak. None: no end.
-    probability : float
-        Share of the samples of a study with this step.
-
     Examples
     --------
     >>> from damagepred import scene
@@ -36,10 +23,15 @@ class SeasonStep:
     """
 
     year: Years = Field(ge=0)
+    """Start (years)."""
     movement: Length
+    """Size (m); positive on the side of ``movement.kind``."""
     rise: Years = Field(default=1.0, ge=0)
+    """Duration of the rise to its size (years)."""
     end: Years | None = Field(default=None, gt=0)
+    """End (years), such as the repair of a leak. None: no end."""
     probability: Pure = Field(default=1.0, ge=0, le=1)
+    """Share of the samples of a study with this step."""
 
 
 @described
@@ -54,30 +46,6 @@ class Seasons:
     correlated from year to year (autoregressive process of first order). They follow from ``seed``; in a study each
     sample has its own seed, from the study's.
 
-    Attributes
-    ----------
-    years : int
-        Number of years.
-    trend : float
-        Change of the mean over all years (m); positive on the side of ``movement.kind``.
-    swing : float
-        Mean movement from the wettest to the driest state of a year (m). A soil log determines it.
-    swing_share : float
-        With ``[[soil_layer]]``: mean swing over the surface movement y_s of the log (1). Assumed: 0.6; the widest swing
-        of thirty years, with ``swing_cov`` of 0.3, is then y_s on average.
-    swing_cov : float
-        Coefficient of variation of the swing from year to year. Assumed.
-    shift : float
-        Standard deviation of the mean movement of a year (m): wet years and dry years.
-    correlation : float
-        Correlation of a year with the one before. Assumed.
-    increments : int
-        Increments of each half year.
-    step : sequence of SeasonStep
-        Lasting changes.
-    seed : int
-        Seed of the random numbers.
-
     Examples
     --------
     >>> from damagepred import scene
@@ -87,15 +55,26 @@ class Seasons:
     """
 
     years: Count = Field(default=30, ge=1, le=200)
+    """Number of years."""
     trend: Length = 0.0
+    """Change of the mean over all years (m); positive on the side of ``movement.kind``."""
     swing: Length = Field(default=10e-3, ge=0)
+    """Mean movement from the wettest to the driest state of a year (m). A soil log determines it."""
     swing_share: Pure = Field(default=0.6, ge=0)
+    """With ``[[soil_layer]]``: mean swing over the surface movement y_s of the log (1). Assumed: 0.6; the widest swing
+    of thirty years, with ``swing_cov`` of 0.3, is then y_s on average."""
     swing_cov: Pure = Field(default=0.3, ge=0)
+    """Coefficient of variation of the swing from year to year. Assumed."""
     shift: Length = Field(default=0.0, ge=0)
+    """Standard deviation of the mean movement of a year (m): wet years and dry years."""
     correlation: Pure = Field(default=0.3, ge=0, lt=1)
+    """Correlation of a year with the one before. Assumed."""
     increments: Count = Field(default=4, ge=1)
+    """Increments of each half year."""
     step: tuple[SeasonStep, ...] = ()
+    """Lasting changes."""
     seed: Count = Field(default=1, ge=0)
+    """Seed of the random numbers."""
 
     @model_validator(mode="after")
     def _something_moves(self) -> Seasons:

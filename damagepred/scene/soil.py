@@ -23,22 +23,6 @@ from damagepred.scene.site import of_climatic_zone, suction_depth
 class Soil:
     """Soil under the footing (``[soil]``), read with ``[movement] shape = "mound"``: Winkler springs without tension.
 
-    Attributes
-    ----------
-    swelling_stiffness : float
-        Pressure per displacement (Pa/m) of swelling soil, read in heave and in dishing, when the edges heave. AS
-        2870-2011 has 100 / m times the mean pressure q on the soil, and at least 1000 kPa/m. (Secondary: manual of
-        the design program CORD, FMG Engineering.) Under strip footings of masonry q is about 40 kPa: 4000 kPa/m. The
-        least value is for a slab of about 10 kPa. Too small a value is unsafe: the footing sinks into the swelling
-        soil, and the wall is bent less (``studies/soil_movement``).
-    shrinking_stiffness : float
-        Pressure per displacement of shrinking soil, read in settle and in doming, when the edges dry; 5000 kPa/m
-        (assumed).
-    shear_stiffness : float or None
-        Shear stress per displacement along the wall (Pa/m). None: as the normal stiffness.
-    friction : float
-        tan(phi) (1) between footing and soil, without cohesion.
-
     Examples
     --------
     >>> from damagepred import Soil
@@ -47,9 +31,18 @@ class Soil:
     """
 
     swelling_stiffness: Stiffness = Field(default=4.0e6, gt=0)
+    """Pressure per displacement (Pa/m) of swelling soil, read in heave and in dishing, when the edges heave. AS
+    2870-2011 has 100 / m times the mean pressure q on the soil, and at least 1000 kPa/m. (Secondary: manual of the
+    design program CORD, FMG Engineering.) Under strip footings of masonry q is about 40 kPa: 4000 kPa/m. The least
+    value is for a slab of about 10 kPa. Too small a value is unsafe: the footing sinks into the swelling soil, and the
+    wall is bent less (``studies/soil_movement``)."""
     shrinking_stiffness: Stiffness = Field(default=5.0e6, gt=0)
+    """Pressure per displacement of shrinking soil, read in settle and in doming, when the edges dry; 5000 kPa/m
+    (assumed)."""
     shear_stiffness: Stiffness | None = Field(default=None, gt=0)
+    """Shear stress per displacement along the wall (Pa/m). None: as the normal stiffness."""
     friction: Pure = Field(default=0.5, ge=0)
+    """tan(phi) (1) between footing and soil, without cohesion."""
 
     @staticmethod
     def stiffness_key(kind: Kind) -> str:
@@ -75,17 +68,6 @@ class SoilLayer:
     In a scene file an entry may stand for a borehole of an AGS 4 file: with ``file`` and ``borehole`` (LOCA_ID). Its
     key ``indices`` then names a CSV or xlsx file of shrink-swell indices by geology code or plasticity index.
 
-    Attributes
-    ----------
-    thickness : float
-        Thickness of the layer (m).
-    shrink_swell_index : float
-        I_ss: strain of the soil per unit of suction in pF (1), in laboratory reports in per cent: ``"4 %"``. 0 for
-        sand and rock.
-    name : str or None
-        Name of the layer in keys of variables, such as ``soil_layer.clay.shrink_swell_index``; by default its number,
-        from 1.
-
     Examples
     --------
     >>> from damagepred import scene
@@ -94,8 +76,13 @@ class SoilLayer:
     """
 
     thickness: Length = Field(gt=0)
+    """Thickness of the layer (m)."""
     shrink_swell_index: Pure = Field(ge=0, le=0.3)
+    """I_ss: strain of the soil per unit of suction in pF (1), in laboratory reports in per cent: ``"4 %"``. 0 for sand
+    and rock."""
     name: str | None = None
+    """Name of the layer in keys of variables, such as ``soil_layer.clay.shrink_swell_index``; by default its number,
+    from 1."""
 
     @model_validator(mode="after")
     def _is_named(self) -> SoilLayer:
@@ -109,24 +96,6 @@ class Suction:
 
     The change decreases linearly from the surface to 0 at ``mound.suction_depth``.
 
-    Attributes
-    ----------
-    climate_zone : int or None
-        Climatic zone of AS 2870, 1 (wettest) to 6: default of ``mound.suction_depth`` (secondary) and ``change``
-        (assumed), from ``data/ground/site_classes.toml``.
-    change : float
-        Change at the surface (pF). Assumed: 1.2, of temperate climates in AS 2870.
-    cracked_share : float
-        Depth of the cracked zone over the suction depth (1). Assumed. Cracks there let the soil move sideways.
-    restraint : float
-        In the cracked zone the soil moves by I_ss, and below it, restrained at its sides, by alpha I_ss. At depth z
-        alpha = restraint - z / restraint_depth (1). Assumed: 2.0.
-    restraint_depth : float
-        Depth in alpha (m). Assumed: 5 m.
-    below_log : {"extend", "inert"} or None
-        Soil between the end of the log and ``mound.suction_depth``. ``extend``: as the last layer. ``inert``: no
-        movement, as in rock. None: a log that ends too early is refused.
-
     Examples
     --------
     >>> from damagepred import scene
@@ -135,11 +104,20 @@ class Suction:
     """
 
     climate_zone: Count | None = Field(default=None, ge=1, le=6)
+    """Climatic zone of AS 2870, 1 (wettest) to 6: default of ``mound.suction_depth`` (secondary) and ``change``
+    (assumed), from ``data/ground/site_classes.toml``."""
     change: Pure = Field(default=1.2, gt=0, le=5)
+    """Change at the surface (pF). Assumed: 1.2, of temperate climates in AS 2870."""
     cracked_share: Pure = Field(default=0.5, ge=0, le=1)
+    """Depth of the cracked zone over the suction depth (1). Assumed. Cracks there let the soil move sideways."""
     restraint: Pure = Field(default=2.0, ge=1)
+    """In the cracked zone the soil moves by I_ss, and below it, restrained at its sides, by alpha I_ss. At depth z
+    alpha = restraint - z / restraint_depth (1). Assumed: 2.0."""
     restraint_depth: Length = Field(default=5.0, gt=0)
+    """Depth in alpha (m). Assumed: 5 m."""
     below_log: Literal["extend", "inert"] | None = None
+    """Soil between the end of the log and ``mound.suction_depth``. ``extend``: as the last layer. ``inert``: no
+    movement, as in rock. None: a log that ends too early is refused."""
 
     @model_validator(mode="before")
     @classmethod

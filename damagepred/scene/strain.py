@@ -28,26 +28,6 @@ class Strain:
     The expansion is isotropic, and the footing does not expand. Restraint by joints, ground and footing causes
     stresses.
 
-    Attributes
-    ----------
-    growth : float
-        Growth of clay bricks with moisture (1), such as ``"0.7 mm/m"``: mostly 0.5 to 1.0 mm/m over 15 years
-        (secondary, ``data/statistics/masonry.toml``). Shrinkage of concrete and calcium silicate bricks is negative.
-    growth_law : {"logarithmic", "exponential"}
-        Course of the growth in a history. Assumed: fired clay grows with the logarithm of time, shrinkage has a limit.
-    growth_years : float
-        Time of the given growth in a history (years). Secondary: 15.
-    growth_time : float
-        Time constant of the growth in a history (years). Assumed.
-    temperature_change : float
-        Rise of temperature since the wall was built (K); in a history at its end.
-    temperature_swing : float
-        Difference of the warmest and the coldest day of a year (K), in a history.
-    warmest : float
-        Time of the warmest day (years after the dead load, 0 to 1), in a history. Assumed.
-    thermal_expansion : float
-        Strain per kelvin (1). Clay brickwork: 8e-6 (secondary).
-
     Examples
     --------
     >>> from damagepred import scene
@@ -56,13 +36,23 @@ class Strain:
     """
 
     growth: Pure = Field(default=0.0, ge=-0.01, le=0.01)
+    """Growth of clay bricks with moisture (1), such as ``"0.7 mm/m"``: mostly 0.5 to 1.0 mm/m over 15 years (secondary,
+    ``data/statistics/masonry.toml``). Shrinkage of concrete and calcium silicate bricks is negative."""
     growth_law: Literal["logarithmic", "exponential"] = "logarithmic"
+    """Course of the growth in a history. Assumed: fired clay grows with the logarithm of time, shrinkage has a
+    limit."""
     growth_years: Years = Field(default=15.0, gt=0)
+    """Time of the given growth in a history (years). Secondary: 15."""
     growth_time: Years = Field(default=1.0, gt=0)
+    """Time constant of the growth in a history (years). Assumed."""
     temperature_change: Pure = Field(default=0.0, ge=-100.0, le=100.0)
+    """Rise of temperature since the wall was built (K); in a history at its end."""
     temperature_swing: Pure = Field(default=0.0, ge=0.0, le=100.0)
+    """Difference of the warmest and the coldest day of a year (K), in a history."""
     warmest: Years = Field(default=0.5, ge=0, le=1)
+    """Time of the warmest day (years after the dead load, 0 to 1), in a history. Assumed."""
     thermal_expansion: Pure = Field(default=8e-6, ge=0.0, le=1e-4)
+    """Strain per kelvin (1). Clay brickwork: 8e-6 (secondary)."""
 
     @property
     def total(self) -> float:
@@ -100,14 +90,6 @@ class Creep:
     movements, and its stress at constant opening decays with e^(-t / relaxation_time). Cracks, slip and friction follow
     the remaining stress.
 
-    Attributes
-    ----------
-    coefficient : float
-        Creep strain over elastic strain after a long time (1). Joints of clay bricks 0.5 to 1.5, of calcium silicate
-        bricks 1 to 2 (assumed, ``data/statistics/masonry.toml``).
-    relaxation_time : float or None
-        Relaxation time of the Maxwell branch (years). Needs a history with times.
-
     Examples
     --------
     >>> from damagepred import scene
@@ -116,4 +98,7 @@ class Creep:
     """
 
     coefficient: Pure = Field(default=1.0, ge=0.0, le=20.0)
+    """Creep strain over elastic strain after a long time (1). Joints of clay bricks 0.5 to 1.5, of calcium silicate
+    bricks 1 to 2 (assumed, ``data/statistics/masonry.toml``)."""
     relaxation_time: Years | None = Field(default=None, gt=0)
+    """Relaxation time of the Maxwell branch (years). Needs a history with times."""

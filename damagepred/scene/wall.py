@@ -23,36 +23,6 @@ THINNEST = 0.9
 class Wall:
     """A straight leaf of masonry (``[wall]``), seen in elevation; x runs along it, y up from its underside.
 
-    Attributes
-    ----------
-    length : float
-        Length of the wall (m).
-    height : float
-        Height of the wall (m).
-    top : sequence of (x, y)
-        Points of a gable or of a stepped top (m), from x = 0 to the wall's length; two points at one x are a step. The
-        highest is at ``height``. Half bricks whose middle lies above the line are left out. Without: a level top.
-    thickness : float
-        Out-of-plane thickness (m).
-    block_length : float
-        Length of a brick with its joint, centre to centre (m). The bond is gauged to the wall and its openings:
-        perpends and courses move a little so that every end, jamb, sill and head meets a joint.
-    block_height : float
-        Height of a course, brick and bed joint (m).
-    bond : {"running", "stack", "header", "english", "flemish"}
-        Running bond breaks the perpends at half bricks; stack bond does not. Headers are half a brick long: header
-        bond has them alone, English bond in every other course, Flemish bond beside each stretcher. With these, queen
-        closers of a quarter brick follow the header at ends and jambs; header bond has three-quarter bats there.
-    fit : {"gauged", "cut"}
-        Bricks at ends, jambs and control joints. ``gauged``: a little longer or shorter, so that half bricks fill every
-        stretch. ``cut``: bricks keep their length along the whole wall, and are cut there.
-    bond_offset : float
-        First perpend of the lowest course, from the left end (m), less than a brick; only with ``fit = "cut"``. The
-        start of the bond is rarely known: a study may sample it.
-    shortest_cut : float or None
-        Least distance of a perpend from an end, jamb or control joint (m); closer perpends are left out. None: a
-        quarter of a brick. Only with ``fit = "cut"``.
-
     Examples
     --------
     >>> from damagepred import Wall
@@ -61,15 +31,32 @@ class Wall:
     """
 
     length: Length = Field(default=6.0, gt=0, le=1000)
+    """Length of the wall (m)."""
     height: Length = Field(default=2.4, gt=0, le=200)
+    """Height of the wall (m)."""
     top: tuple[tuple[Length, Length], ...] = ()
+    """Points of a gable or of a stepped top (m), from x = 0 to the wall's length; two points at one x are a step. The
+    highest is at ``height``. Half bricks whose middle lies above the line are left out. Without: a level top."""
     thickness: Length = Field(default=0.11, ge=1e-3, le=5)
+    """Out-of-plane thickness (m)."""
     block_length: Length = Field(default=0.24, ge=1e-3, le=20)
+    """Length of a brick with its joint, centre to centre (m). The bond is gauged to the wall and its openings: perpends
+    and courses move a little so that every end, jamb, sill and head meets a joint."""
     block_height: Length = Field(default=0.075, ge=1e-3, le=20)
+    """Height of a course, brick and bed joint (m)."""
     bond: Literal["running", "stack", "header", "english", "flemish"] = "running"
+    """Running bond breaks the perpends at half bricks; stack bond does not. Headers are half a brick long: header bond
+    has them alone, English bond in every other course, Flemish bond beside each stretcher. With these, queen closers of
+    a quarter brick follow the header at ends and jambs; header bond has three-quarter bats there."""
     fit: Literal["gauged", "cut"] = "gauged"
+    """Bricks at ends, jambs and control joints. ``gauged``: a little longer or shorter, so that half bricks fill every
+    stretch. ``cut``: bricks keep their length along the whole wall, and are cut there."""
     bond_offset: Length = Field(default=0.0, ge=0)
+    """First perpend of the lowest course, from the left end (m), less than a brick; only with ``fit = "cut"``. The
+    start of the bond is rarely known: a study may sample it."""
     shortest_cut: Length | None = Field(default=None, gt=0)
+    """Least distance of a perpend from an end, jamb or control joint (m); closer perpends are left out. None: a quarter
+    of a brick. Only with ``fit = "cut"``."""
 
     @property
     def bricks(self) -> int:
@@ -130,23 +117,6 @@ class Wall:
 class Opening:
     """A rectangular hole (``[[opening]]``).
 
-    Attributes
-    ----------
-    kind : {"window", "door"}
-        A door reaches down to the underside of the wall (y = 0).
-    x : float
-        Left edge (m).
-    y : float
-        Sill (m).
-    width : float
-        Clear width (m).
-    height : float
-        Clear height (m).
-    lintel_bearing : float
-        Bearing length of the lintel on either side (m). The lintel is one block, a course high, of the bricks'
-        material; an opening up to the top of the wall has no lintel. At an end of the wall it bears on one side, as a
-        cantilever: give it a bearing that holds it.
-
     Examples
     --------
     >>> from damagepred import Opening
@@ -156,11 +126,19 @@ class Opening:
     """
 
     kind: Literal["window", "door"] = "window"
+    """A door reaches down to the underside of the wall (y = 0)."""
     x: Length = Field(ge=0)
+    """Left edge (m)."""
     y: Length = Field(default=0.0, ge=0)
+    """Sill (m)."""
     width: Length = Field(gt=0)
+    """Clear width (m)."""
     height: Length = Field(gt=0)
+    """Clear height (m)."""
     lintel_bearing: Length = Field(default=0.12, gt=0)
+    """Bearing length of the lintel on either side (m). The lintel is one block, a course high, of the bricks' material;
+    an opening up to the top of the wall has no lintel. At an end of the wall it bears on one side, as a cantilever:
+    give it a bearing that holds it."""
 
     @model_validator(mode="after")
     def _door_at_floor(self) -> Opening:
@@ -220,15 +198,6 @@ class ControlJoint:
     Every course ends at it. It carries no tension and no shear, and pressure only after it has closed by its width; the
     closed joint carries no shear either. The resistance of the filler, and ties across the joint, are neglected.
 
-    Attributes
-    ----------
-    x : float
-        Position along the wall (m).
-    width : float
-        Width of the gap (m), the largest closing.
-    through_dpc : bool
-        Whether it reaches the footing, or begins on the damp-proof course.
-
     Examples
     --------
     >>> from damagepred import ControlJoint, Scene, Wall
@@ -238,5 +207,8 @@ class ControlJoint:
     """
 
     x: Length = Field(gt=0)
+    """Position along the wall (m)."""
     width: Length = Field(default=0.01, ge=0)
+    """Width of the gap (m), the largest closing."""
     through_dpc: bool = False
+    """Whether it reaches the footing, or begins on the damp-proof course."""

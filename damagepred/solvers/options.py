@@ -21,53 +21,34 @@ from damagepred.scene.quantity import Count, Length, Pure
 
 @described
 class NewtonOptions:
-    """Newton's method on the Coulomb law with backtracking: first where jacks work by deflection.
-
-    Attributes
-    ----------
-    max_iterations : int
-        Iterations of one attempt.
-    interior_tolerance : float
-        Residual of the interior of a yielding block, over the largest force of its zones (1).
-    """
+    """Newton's method on the Coulomb law with backtracking: first where jacks work by deflection."""
 
     max_iterations: Count = Field(default=16, ge=1)
+    """Iterations of one attempt."""
     interior_tolerance: Pure = Field(default=1e-10, gt=0, lt=1)
+    """Residual of the interior of a yielding block, over the largest force of its zones (1)."""
 
 
 @described
 class NewtonLineSearchOptions:
-    """Newton's method on the Coulomb law with line search: first where the wall has a potential.
-
-    Attributes
-    ----------
-    max_iterations : int
-        Iterations of one attempt.
-    slope_tolerance : float
-        Work of the residual along a step over that at its start, at which the line search ends (1).
-    stagnation_limit : int
-        Such iterations in a row that are allowed.
-    """
+    """Newton's method on the Coulomb law with line search: first where the wall has a potential."""
 
     max_iterations: Count = Field(default=40, ge=1)
+    """Iterations of one attempt."""
     slope_tolerance: Pure = Field(default=0.5, gt=0, lt=1)
+    """Work of the residual along a step over that at its start, at which the line search ends (1)."""
     stagnation_limit: Count = Field(default=25, ge=0)
+    """Such iterations in a row that are allowed."""
 
 
 @described
 class LineSearchOptions:
-    """Line search along a step: root of the work of the residual, by regula falsi.
-
-    Attributes
-    ----------
-    max_iterations : int
-        Trial steps.
-    slope_tolerance : float
-        Work over that at the start of the step, at which the search ends in a Tresca problem (1).
-    """
+    """Line search along a step: root of the work of the residual, by regula falsi."""
 
     max_iterations: Count = Field(default=30, ge=1)
+    """Trial steps."""
     slope_tolerance: Pure = Field(default=0.3, gt=0, lt=1)
+    """Work over that at the start of the step, at which the search ends in a Tresca problem (1)."""
 
 
 @described
@@ -78,102 +59,67 @@ class CoulombOptions:
     after the second, third, ... the following 1, 3, 7 equilibria are sought by Newton's method alone. The first takes
     none away: where joints without a bond slide, half a step mostly finds an equilibrium where the whole step does not.
     A search that succeeds takes one failure back.
-
-    Attributes
-    ----------
-    max_iterations : int
-        Tresca problems solved for one equilibrium.
-    max_newton_iterations : int
-        Newton iterations of one search while none has been in vain.
-    stagnation_limit : int
-        Iterations in a row that do not halve the least residual, after which the search ends.
-    forcing_share : float
-        Residual tolerance of a Tresca problem over the residual of the Coulomb law with its bounds (1).
-    relaxation_factors : tuple of float
-        Successive factors of under-relaxation (1).
     """
 
     max_iterations: Count = Field(default=60, ge=1)
+    """Tresca problems solved for one equilibrium."""
     max_newton_iterations: Count = Field(default=400, ge=1)
+    """Newton iterations of one search while none has been in vain."""
     stagnation_limit: Count = Field(default=8, ge=0)
+    """Iterations in a row that do not halve the least residual, after which the search ends."""
     forcing_share: Pure = Field(default=0.01, gt=0, lt=1)
+    """Residual tolerance of a Tresca problem over the residual of the Coulomb law with its bounds (1)."""
     relaxation_factors: tuple[Pure, ...] = Field(default=(0.5, 0.3, 0.15), min_length=1)
+    """Successive factors of under-relaxation (1)."""
 
 
 @described
 class JackOptions:
-    """Jacks whose deflection is given.
-
-    Attributes
-    ----------
-    deflection_tolerance : float
-        Difference between the deflection and its given value in equilibrium (m).
-    max_iterations : int
-        Points of the path tried in that search.
-    """
+    """Jacks whose deflection is given."""
 
     deflection_tolerance: Length = Field(default=1e-9, gt=0)
+    """Difference between the deflection and its given value in equilibrium (m)."""
     max_iterations: Count = Field(default=40, ge=1)
+    """Points of the path tried in that search."""
 
 
 @described
 class ContinuationOptions:
-    """Continuation from event to event: step control, order of bond failures, collapse bracket.
-
-    Attributes
-    ----------
-    simultaneous_failures : float
-        Bonds whose load is within this share of the largest fail together (1).
-    overload_tolerance : float
-        Stress beyond the strength at which a bond fails, over the strength (1).
-    event_tolerance : float
-        Overload up to which the load factor at which a bond fails is located, over the strength (1).
-    weak_bond_overload : float
-        The same for weak bonds, over the stress of a block's weight (1). A bond is weak if its tensile strength is less
-        than that stress: its failure releases next to no energy.
-    weak_bond_group : float
-        Share of the largest overload from which weak bonds fail with the most overloaded one (1).
-    first_step : float
-        First step of the movement of a wall without bonds, over the movement (1); the energy balance lengthens it.
-    max_halvings : int
-        Halvings of a step without equilibrium.
-    collapse_bracket : float
-        Load factor between the last equilibrium and collapse under live load (1).
-    fallback_residual_tolerance : float
-        Residual that is accepted where Coulomb friction admits no equilibrium (mean block weights).
-    stagnation_limit : int
-        States of dynamic relaxation in a row that do not halve the least residual, after which such a state is taken.
-    """
+    """Continuation from event to event: step control, order of bond failures, collapse bracket."""
 
     simultaneous_failures: Pure = Field(default=1e-4, ge=0, lt=1)
+    """Bonds whose load is within this share of the largest fail together (1)."""
     overload_tolerance: Pure = Field(default=1e-6, gt=0)
+    """Stress beyond the strength at which a bond fails, over the strength (1)."""
     event_tolerance: Pure = Field(default=0.01, gt=0)
+    """Overload up to which the load factor at which a bond fails is located, over the strength (1)."""
     weak_bond_overload: Pure = Field(default=1.0, gt=0)
+    """The same for weak bonds, over the stress of a block's weight (1). A bond is weak if its tensile strength is less
+    than that stress: its failure releases next to no energy."""
     weak_bond_group: Pure = Field(default=0.5, gt=0, le=1)
+    """Share of the largest overload from which weak bonds fail with the most overloaded one (1)."""
     first_step: Pure = Field(default=0.005, gt=0, le=1)
+    """First step of the movement of a wall without bonds, over the movement (1); the energy balance lengthens it."""
     max_halvings: Count = Field(default=5, ge=0, le=50)
+    """Halvings of a step without equilibrium."""
     collapse_bracket: Pure = Field(default=1e-4, gt=0)
+    """Load factor between the last equilibrium and collapse under live load (1)."""
     fallback_residual_tolerance: Pure = Field(default=1e-3, ge=0)
+    """Residual that is accepted where Coulomb friction admits no equilibrium (mean block weights)."""
     stagnation_limit: Count = Field(default=8, ge=0)
+    """States of dynamic relaxation in a row that do not halve the least residual, after which such a state is taken."""
 
 
 @described
 class EnergyOptions:
-    """Step control by the energy balance; its tolerance is ``[solver] step_energy_tolerance``.
-
-    Attributes
-    ----------
-    step_share : float
-        Share of the tolerated energy error that one step may contribute (1).
-    safety : float
-        Factor on the step length that the error asks for (1).
-    refinements : int
-        Halvings of an increment, or of a shorter first step, down to its shortest step.
-    """
+    """Step control by the energy balance; its tolerance is ``[solver] step_energy_tolerance``."""
 
     step_share: Pure = Field(default=0.2, gt=0)
+    """Share of the tolerated energy error that one step may contribute (1)."""
     safety: Pure = Field(default=0.8, gt=0, le=1)
+    """Factor on the step length that the error asks for (1)."""
     refinements: Count = Field(default=7, ge=0, le=50)
+    """Halvings of an increment, or of a shorter first step, down to its shortest step."""
 
 
 @described
@@ -183,48 +129,32 @@ class DynamicRelaxationOptions:
     Stick-slip shakes the moving blocks. Local damping, a share of these forces, then brakes them like a friction that
     does not exist: a wall beyond its limit load would creep. So damping is reduced once the impact of the load has died
     away.
-
-    Attributes
-    ----------
-    ramp_cycles : int
-        Cycles in which the movement is applied.
-    max_cycles : int
-        Cycles in all, unless the wall is slowing down.
-    minimum_damping : float
-        Least local damping (1).
     """
 
     ramp_cycles: Count = Field(default=3000, ge=1)
+    """Cycles in which the movement is applied."""
     max_cycles: Count = Field(default=400_000, ge=1)
+    """Cycles in all, unless the wall is slowing down."""
     minimum_damping: Pure = Field(default=0.1, ge=0, lt=1)
+    """Least local damping (1)."""
 
 
 @described
 class ReturnMappingOptions:
-    """Return mapping of the joints: local Newton iterations and their guards (``damagepred.kernels.joint``).
-
-    Attributes
-    ----------
-    max_iterations : int
-        Newton iterations for the slip of a joint that softens by slip.
-    relative_tolerance : float
-        Residual of that iteration over the shear stress (1).
-    snap_back_ratio : float
-        Tangent stiffness over k_s below which the bond snaps back: it breaks at once (1).
-    dilatant_iterations : int
-        Newton iterations for the slip of a joint that dilates while it softens.
-    cap_slope_ratio : float
-        Shear limit over f_c below which the slope of the cap, infinite at its tip, is bounded (1).
-    yield_tolerance : float
-        Distance from a limit, over the limit, within which a contact counts as yielding (1).
-    """
+    """Return mapping of the joints: local Newton iterations and their guards (``damagepred.kernels.joint``)."""
 
     max_iterations: Count = Field(default=40, ge=1)
+    """Newton iterations for the slip of a joint that softens by slip."""
     relative_tolerance: Pure = Field(default=1e-13, gt=0, lt=1)
+    """Residual of that iteration over the shear stress (1)."""
     snap_back_ratio: Pure = Field(default=1e-6, gt=0, lt=1)
+    """Tangent stiffness over k_s below which the bond snaps back: it breaks at once (1)."""
     dilatant_iterations: Count = Field(default=6, ge=0)
+    """Newton iterations for the slip of a joint that dilates while it softens."""
     cap_slope_ratio: Pure = Field(default=1e-3, gt=0)
+    """Shear limit over f_c below which the slope of the cap, infinite at its tip, is bounded (1)."""
     yield_tolerance: Pure = Field(default=1e-9, gt=0, lt=1)
+    """Distance from a limit, over the limit, within which a contact counts as yielding (1)."""
 
     def for_kernels(self, joints: np.ndarray | None = None) -> ReturnMapping:
         """Parameters for kernels."""
@@ -234,84 +164,56 @@ class ReturnMappingOptions:
 
 @described
 class LinearSystemOptions:
-    """Multifrontal equations, their Woodbury corrections, and when to refactorise instead.
-
-    Attributes
-    ----------
-    regularisation : float
-        Share of the elastic diagonal stiffness that is added to the diagonal, so that detached blocks stay finite (1).
-    dissected_size : int
-        Degrees of freedom of a part of the wall above which it is divided by a separator.
-    max_memory : float
-        Of the dense matrices of all fronts (GB).
-    max_changed_interfaces : int
-        Interfaces that a Woodbury correction may have; the unit-load responses of as many take memory. With 0, every
-        change is factorised.
-    woodbury_tolerance : float
-        Residual of the correction forces over their largest, beyond which the system is refactorised (1).
-    refactorisation_ratio : float
-        Cost of all corrections since the last factorisation over the cost of a new one, from which a new one is made
-        (1).
-    """
+    """Multifrontal equations, their Woodbury corrections, and when to refactorise instead."""
 
     regularisation: Pure = Field(default=1e-7, gt=0)
+    """Share of the elastic diagonal stiffness that is added to the diagonal, so that detached blocks stay finite
+    (1)."""
     dissected_size: Count = Field(default=48, ge=1)
+    """Degrees of freedom of a part of the wall above which it is divided by a separator."""
     max_memory: Pure = Field(default=6.0, gt=0)
+    """Of the dense matrices of all fronts (GB)."""
     max_changed_interfaces: Count = Field(default=200, ge=0)
+    """Interfaces that a Woodbury correction may have; the unit-load responses of as many take memory. With 0, every
+    change is factorised."""
     woodbury_tolerance: Pure = Field(default=1e-6, gt=0)
+    """Residual of the correction forces over their largest, beyond which the system is refactorised (1)."""
     refactorisation_ratio: Pure = Field(default=1.5, gt=0)
+    """Cost of all corrections since the last factorisation over the cost of a new one, from which a new one is made
+    (1)."""
 
 
 @described
 class CreepOptions:
-    """Creep of joints along a history: steps in time.
-
-    Attributes
-    ----------
-    longest_step : float
-        Longest step over the relaxation time (1); exact at constant opening, otherwise of second order.
-    """
+    """Creep of joints along a history: steps in time."""
 
     longest_step: Pure = Field(default=0.1, gt=0)
+    """Longest step over the relaxation time (1); exact at constant opening, otherwise of second order."""
 
 
 @described
 class ExplicitOptions:
-    """Convergence, collapse and divergence on the explicit load path.
-
-    Attributes
-    ----------
-    check_interval : int
-        Cycles between two checks of the unbalanced force.
-    passed_checks : int
-        Checks in a row below the tolerance; an oscillation passes through balance without rest.
-    """
+    """Convergence, collapse and divergence on the explicit load path."""
 
     check_interval: Count = Field(default=50, ge=1)
+    """Cycles between two checks of the unbalanced force."""
     passed_checks: Count = Field(default=3, ge=1)
+    """Checks in a row below the tolerance; an oscillation passes through balance without rest."""
 
 
 @described
 class DynamicsOptions:
-    """Contact search, contact geometry, time step and divergence of runs in physical time.
-
-    Attributes
-    ----------
-    skin : float
-        Distance within which blocks are neighbours of a point, over the size of the smallest block (1).
-    search_distance : float
-        Movement of a point that triggers the next search, over that distance (1). Below one half, two points that
-        approach each other have not met before.
-    wide_block_ratio : float
-        Width over the median from which a block is a candidate for every point (1).
-    point_steps_per_check : int
-        Points times steps between two checks for an interruption and for finite displacements.
-    """
+    """Contact search, contact geometry, time step and divergence of runs in physical time."""
 
     skin: Pure = Field(default=0.1, gt=0)
+    """Distance within which blocks are neighbours of a point, over the size of the smallest block (1)."""
     search_distance: Pure = Field(default=0.4, gt=0, lt=0.5)
+    """Movement of a point that triggers the next search, over that distance (1). Below one half, two points that
+    approach each other have not met before."""
     wide_block_ratio: Pure = Field(default=4.0, ge=1)
+    """Width over the median from which a block is a candidate for every point (1)."""
     point_steps_per_check: Count = Field(default=5_000_000, ge=1)
+    """Points times steps between two checks for an interruption and for finite displacements."""
 
 
 RETIRED = {
@@ -346,13 +248,9 @@ RETIRED_TABLES = (
 
 @described
 class SolverOptions:
-    """Tolerances, budgets and factors of the solvers, for experts; defaults suit all walls of the verification.
+    """Tolerances, budgets and factors of the solvers, for experts: tables ``[solver.advanced.newton]`` and so on.
 
-    Attributes
-    ----------
-    newton, newton_with_line_search, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, \
-    return_mapping, linear_system, creep, explicit, dynamics
-        The tables ``[solver.advanced.newton]`` and so on; see their classes.
+    Defaults suit all walls of the verification.
     """
 
     newton: NewtonOptions = Field(default_factory=NewtonOptions)

@@ -37,29 +37,20 @@ class Discrepancy:
     Those of crack widths are fitted on the cases of the validation; the others are assumed
     (``data/statistics/discrepancy.toml``). The fitted ones are lognormal about the values here; a value that the user
     gives instead is certain.
-
-    Attributes
-    ----------
-    width : float
-        Of a crack width (m), added in squares to its share.
-    width_share : float
-        Of a crack width, as a share of it.
-    level : float
-        Standard deviation of a difference of levels (m).
-    slope : float
-        Standard deviation of a slope or tilt.
-    distortion_share : float
-        Of the distortion of an opening, as a share of it.
-    direction : float
-        Probability that a crack runs in another direction in the model.
     """
 
     width: Length = Field(default_factory=_shipped("width"), gt=0)
+    """Of a crack width (m), added in squares to its share."""
     width_share: Pure = Field(default_factory=_shipped("width_share"), ge=0)
+    """Of a crack width, as a share of it."""
     level: Length = Field(default_factory=_shipped("level"), gt=0)
+    """Standard deviation of a difference of levels (m)."""
     slope: Pure = Field(default_factory=_shipped("slope"), gt=0)
+    """Standard deviation of a slope or tilt."""
     distortion_share: Pure = Field(default_factory=_shipped("distortion_share"), gt=0)
+    """Of the distortion of an opening, as a share of it."""
     direction: Pure = Field(default_factory=_shipped("direction"), gt=0, lt=1)
+    """Probability that a crack runs in another direction in the model."""
 
     def origins(self) -> dict[str, tuple[str, str]]:
         """Interval (90 %) and level of confidence of each term; values that the user gave have neither."""

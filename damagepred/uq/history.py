@@ -55,22 +55,15 @@ Kind = Literal["steady", "seasonal", "step"]
 
 @described
 class History:
-    """Prior of the movement over time (``[history]``), for observations with dates.
-
-    Attributes
-    ----------
-    kind : str or tuple of str
-        ``"steady"``, ``"seasonal"``, ``"step"`` or several of them, which are equally likely before the survey.
-    began : date or tuple of 2 dates
-        Day, or first and last possible day, on which the steady movement or the step began. By default a steady
-        movement is 1 to 100 years old (log-uniform); a step came in the surveyed time, or as long before it.
-    until : date or tuple of dates
-        Dates of the forecast; a year is its first day. By default 1, 5 and 10 years after the last visit.
-    """
+    """Prior of the movement over time (``[history]``), for observations with dates."""
 
     kind: Annotated[tuple[Kind, ...], BeforeValidator(_several), Field(min_length=1)] = ("steady", "step")
+    """``"steady"``, ``"seasonal"``, ``"step"`` or several of them, which are equally likely before the survey."""
     began: Annotated[tuple[DayOrYear, ...], BeforeValidator(_several), Field(max_length=2)] = ()
+    """Day, or first and last possible day, on which the steady movement or the step began. By default a steady movement
+    is 1 to 100 years old (log-uniform); a step came in the surveyed time, or as long before it."""
     until: Annotated[tuple[DayOrYear, ...], BeforeValidator(_several)] = ()
+    """Dates of the forecast; a year is its first day. By default 1, 5 and 10 years after the last visit."""
 
     def require_dates(self, last: dt.date) -> None:
         """Refuse dates that contradict each other or the last visit."""

@@ -23,18 +23,12 @@ from damagepred.uq.estimate import effective_samples
 
 @described
 class Proposal:
-    """Where one variable is drawn instead (``[study.importance."PLACE"]``).
-
-    Attributes
-    ----------
-    shift : float
-        Of the underlying standard normal's mean, in its standard deviations; negative: towards small values.
-    scale : float
-        Of its standard deviation. Below 1 the weights have heavy tails.
-    """
+    """Where one variable is drawn instead (``[study.importance."PLACE"]``)."""
 
     shift: Pure = 0.0
+    """Of the underlying standard normal's mean, in its standard deviations; negative: towards small values."""
     scale: Pure = Field(default=1.0, gt=0)
+    """Of its standard deviation. Below 1 the weights have heavy tails."""
 
 
 class Drawn(NamedTuple):

@@ -34,19 +34,13 @@ WIDEST, HIGHEST = 0.3, 1.0
 
 @described
 class Reading:
-    """Date of an observation.
-
-    Attributes
-    ----------
-    wall : str, optional
-        Wall of a house, from whose start places count. A crack, slope or tilt without it is the largest of the house.
-    date, since : date, optional
-        Day of the visit; day from which the measured value is a change.
-    """
+    """Date of an observation."""
 
     wall: str | None = None
+    """Wall of a house, from whose start places count. A crack, slope or tilt without it is the largest of the house."""
     date: Day | None = None
     since: Day | None = None
+    """Day of the visit; day from which the measured value is a change."""
 
     @property
     def observed(self) -> float | None:
@@ -61,44 +55,30 @@ class Reading:
 
 @described
 class CrackObservation(Reading):
-    """A crack, or its absence (``[[crack]]``).
-
-    Attributes
-    ----------
-    x, y : float, optional
-        Place (m); without it the widest crack of the part is meant.
-    within : float
-        Distance from the place within which the crack runs (m).
-    width : float, optional
-        Width (m).
-    error : float
-        Standard error of the measurement (m).
-    change : float, optional
-        Instead of a width: its change since a day (m), as a crack monitor reads it.
-    wider_than, narrower_than : float, optional
-        Instead of a width: limits (m).
-    none : bool
-        No crack is seen here: all are narrower than ``visible``.
-    visible : float
-        Width from which a crack is seen (m).
-    direction : str, optional
-        How the crack runs; needs a place.
-    part : str
-        The wall above any dpc, the courses below it, or the dpc.
-    """
+    """A crack, or its absence (``[[crack]]``)."""
 
     x: Length | None = None
     y: Length | None = None
+    """Place (m); without it the widest crack of the part is meant."""
     within: Length = Field(default=0.5, gt=0)
+    """Distance from the place within which the crack runs (m)."""
     width: Length | None = Field(default=None, gt=0, le=WIDEST)
+    """Width (m)."""
     change: Length | None = Field(default=None, ge=-WIDEST, le=WIDEST)
+    """Instead of a width: its change since a day (m), as a crack monitor reads it."""
     error: Length = Field(default=2e-4, ge=0, le=WIDEST)
+    """Standard error of the measurement (m)."""
     wider_than: Length | None = Field(default=None, gt=0, le=WIDEST)
     narrower_than: Length | None = Field(default=None, gt=0, le=WIDEST)
+    """Instead of a width: limits (m)."""
     none: bool = False
+    """No crack is seen here: all are narrower than ``visible``."""
     visible: Length = Field(default=1e-4, gt=0)
+    """Width from which a crack is seen (m)."""
     direction: Direction | None = None
+    """How the crack runs; needs a place."""
     part: Literal["wall", "below_dpc", "dpc"] = "wall"
+    """The wall above any dpc, the courses below it, or the dpc."""
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -130,35 +110,25 @@ class CrackObservation(Reading):
 
 @described
 class MonitorSeries:
-    """Readings of a crack monitor (``[[monitor]]``); with ``file``, the rows of a table.
-
-    Attributes
-    ----------
-    name : str
-        Name of the monitor.
-    wall, x, y, within, direction, part : as of a crack
-        Place (m), direction and part of the crack.
-    error : float
-        Standard error of a reading (m).
-    date : tuple of date
-        Days of the readings, in order.
-    width : tuple of float, optional
-        Widths of the crack (m).
-    change : tuple of float, optional
-        Instead: changes of its width since the first day (m), the first of which is 0.
-    """
+    """Readings of a crack monitor (``[[monitor]]``); with ``file``, the rows of a table."""
 
     name: str = ""
+    """Name of the monitor."""
     wall: str | None = None
     x: Length | None = None
     y: Length | None = None
     within: Length = Field(default=0.5, gt=0)
     direction: Direction | None = None
     part: Literal["wall", "below_dpc", "dpc"] = "wall"
+    """Place (m), direction and part of the crack."""
     error: Length = Field(default=1e-4, ge=0)
+    """Standard error of a reading (m)."""
     date: tuple[Day, ...]
+    """Days of the readings, in order."""
     width: tuple[Length, ...] = ()
+    """Widths of the crack (m)."""
     change: tuple[Length, ...] = ()
+    """Instead: changes of its width since the first day (m), the first of which is 0."""
 
     def readings(self, where: str) -> list[CrackObservation]:
         """Readings as observed cracks."""
@@ -186,27 +156,19 @@ class MonitorSeries:
 
 @described
 class LevelObservation(Reading):
-    """How much higher one point stands than another (``[[level]]``), both once level.
-
-    Attributes
-    ----------
-    to_wall : str, optional
-        Wall of the second point, if another than of the first.
-    x, y, to_x, to_y : float
-        The points (m).
-    difference : float
-        Height of the second above the first (m).
-    error : float
-        Standard error of the difference of both levels (m).
-    """
+    """How much higher one point stands than another (``[[level]]``), both once level."""
 
     to_wall: str | None = None
+    """Wall of the second point, if another than of the first."""
     x: Length
     y: Length
     to_x: Length
     to_y: Length
+    """The points (m)."""
     difference: Length = Field(ge=-HIGHEST, le=HIGHEST)
+    """Height of the second above the first (m)."""
     error: Length = Field(default=1e-3, ge=0, le=HIGHEST)
+    """Standard error of the difference of both levels (m)."""
 
     @property
     def ends(self) -> tuple[tuple[str | None, float, float], ...]:
@@ -216,40 +178,26 @@ class LevelObservation(Reading):
 
 @described
 class SlopeObservation(Reading):
-    """The largest deviation of the wall from level or plumb over a metre (``[[slope]]``, ``[[tilt]]``).
-
-    Attributes
-    ----------
-    value : float
-        Slope, such as ``"3 mm/m"``.
-    error : float
-        Standard error of the slope.
-    """
+    """The largest deviation of the wall from level or plumb over a metre (``[[slope]]``, ``[[tilt]]``)."""
 
     value: Pure = Field(ge=0)
+    """Slope, such as ``"3 mm/m"``."""
     error: Pure = Field(default=5e-4, ge=0)
+    """Standard error of the slope."""
 
 
 @described
 class WindowObservation(Reading):
-    """Whether a door or window sticks, or how its width has changed (``[[window]]``).
-
-    Attributes
-    ----------
-    opening : int
-        Number of the opening in the scene, from 1.
-    sticks : bool, optional
-        Whether it does, be it slightly.
-    width_change : float, optional
-        Instead: change of its width at the top (m); negative where it has closed.
-    error : float
-        Standard error of the change (m).
-    """
+    """Whether a door or window sticks, or how its width has changed (``[[window]]``)."""
 
     opening: Count = Field(ge=1)
+    """Number of the opening in the scene, from 1."""
     sticks: bool | None = None
+    """Whether it does, be it slightly."""
     width_change: Length | None = Field(default=None, ge=-WIDEST, le=WIDEST)
+    """Instead: change of its width at the top (m); negative where it has closed."""
     error: Length = Field(default=5e-4, gt=0, le=WIDEST)
+    """Standard error of the change (m)."""
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -274,35 +222,25 @@ TABLES = "crack", "level", "slope", "tilt", "window"  # tables of observations
 
 @described
 class Observations:
-    """What a survey found (``observations.toml``).
-
-    Attributes
-    ----------
-    crack, level, slope, tilt, window : tuple
-        Observations of each kind: all of them have dates, or none. An entry with ``file`` stands for the rows of a CSV
-        or xlsx file; its other keys apply to all rows.
-    monitor : tuple of MonitorSeries
-        Readings of crack monitors.
-    history : History, optional
-        Prior of the movement over time, if observations have dates.
-    discrepancy : Discrepancy
-        Discrepancy of the model.
-    movement : str, optional
-        Prior of the movement: a site class or a distribution; by default all movements up to the study's are alike.
-    prior_odds : dict of str to float
-        Of causes, by the name of their study, and of ``"another cause"``; by default they are alike.
-    """
+    """What a survey found (``observations.toml``)."""
 
     crack: tuple[CrackObservation, ...] = ()
     level: tuple[LevelObservation, ...] = ()
     slope: tuple[SlopeObservation, ...] = ()
     tilt: tuple[SlopeObservation, ...] = ()
     window: tuple[WindowObservation, ...] = ()
+    """Observations of each kind: all of them have dates, or none. An entry with ``file`` stands for the rows of a CSV
+    or xlsx file; its other keys apply to all rows."""
     monitor: tuple[MonitorSeries, ...] = ()
+    """Readings of crack monitors."""
     history: History | None = None
+    """Prior of the movement over time, if observations have dates."""
     discrepancy: Discrepancy = Field(default_factory=Discrepancy)
+    """Discrepancy of the model."""
     movement: str | None = None
+    """Prior of the movement: a site class or a distribution; by default all movements up to the study's are alike."""
     prior_odds: dict[str, Pure] = Field(default_factory=dict)
+    """Of causes, by the name of their study, and of ``"another cause"``; by default they are alike."""
 
     def __post_init__(self) -> None:
         """Refuse observations that say nothing or two things."""

@@ -28,33 +28,22 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(80)
 
 @described
 class StopWhen:
-    """When a study has walls enough (``[study.stop_when]``).
-
-    Attributes
-    ----------
-    category : int
-        Category, or worse.
-    quantity : {"probability", "median"}
-        The probability of it at the movement ``at``, or its median movement.
-    at : float or None
-        Movement (m), for a probability.
-    half_width : float or None
-        Of the confidence interval: of a probability as it is, of a median in m.
-    relative_half_width : float or None
-        The same over the estimate.
-    confidence : float
-        Confidence level of all intervals together.
-    first : int
-        Walls at the first interim analysis; each further one is at twice as many.
-    """
+    """When a study has walls enough (``[study.stop_when]``)."""
 
     category: Annotated[Count, Field(ge=1)]
+    """Category, or worse."""
     quantity: Literal["probability", "median"] = "probability"
+    """The probability of it at the movement ``at``, or its median movement."""
     at: Length | None = Field(default=None, gt=0)
+    """Movement (m), for a probability."""
     half_width: Length | None = Field(default=None, gt=0)
+    """Of the confidence interval: of a probability as it is, of a median in m."""
     relative_half_width: Pure | None = Field(default=None, gt=0)
+    """The same over the estimate."""
     confidence: Pure = Field(default=0.9, gt=0, lt=1)
+    """Confidence level of all intervals together."""
     first: Count = Field(default=64, ge=8)
+    """Walls at the first interim analysis; each further one is at twice as many."""
 
     def check(self) -> None:
         """Check the combination of fields."""

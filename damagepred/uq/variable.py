@@ -52,33 +52,25 @@ class JointField:
     """One value for each joint instead of one for the wall (``field = { ... }``).
 
     Beds, perpends and the dpc are independent of each other. The correlations are of the variable itself.
-
-    Attributes
-    ----------
-    course_correlation : float
-        Correlation of the values of two neighbouring units' joints in a course; courses are independent. With
-        ``over = "wall"`` the same correlation at the distance of a unit's length in any direction. Along a course it is
-        solved for neighbours (Nataf). k joints apart the underlying normals have the k-th power of their correlation.
-        Skewed values have a slightly different power: lognormal ones (exp(rho^k s^2) - 1) / (exp(s^2) - 1), with s the
-        standard deviation of the logarithm. A correlation_length is solved at every distance.
-    correlation_length : float or None
-        Instead: the correlation falls with the distance d of two joints as exp(-d / correlation_length) (m).
-    vertical_length : float or None
-        Correlation length upwards, if another than along the wall (m): d / correlation_length becomes the root of
-        (dx / correlation_length)^2 + (dy / vertical_length)^2.
-    over : {"course", "wall"} or None
-        Whether only joints of one course are correlated, between the same openings, or all of the wall. None: the wall
-        with a correlation_length, the course with a course_correlation.
-    nugget : float
-        With a correlation_length: share of the variance that is each joint's own. The correlation is then
-        (1 - nugget) exp(-d / correlation_length) however near two joints are.
     """
 
     course_correlation: Pure = Field(default=0.0, ge=0, lt=1)
+    """Correlation of the values of two neighbouring units' joints in a course; courses are independent. With ``over =
+    "wall"`` the same correlation at the distance of a unit's length in any direction. Along a course it is solved for
+    neighbours (Nataf). k joints apart the underlying normals have the k-th power of their correlation. Skewed values
+    have a slightly different power: lognormal ones (exp(rho^k s^2) - 1) / (exp(s^2) - 1), with s the standard deviation
+    of the logarithm. A correlation_length is solved at every distance."""
     correlation_length: Length | None = Field(default=None, gt=0)
+    """Instead: the correlation falls with the distance d of two joints as exp(-d / correlation_length) (m)."""
     vertical_length: Length | None = Field(default=None, gt=0)
+    """Correlation length upwards, if another than along the wall (m): d / correlation_length becomes the root of (dx /
+    correlation_length)^2 + (dy / vertical_length)^2."""
     over: Literal["course", "wall"] | None = None
+    """Whether only joints of one course are correlated, between the same openings, or all of the wall. None: the wall
+    with a correlation_length, the course with a course_correlation."""
     nugget: Pure = Field(default=0.0, ge=0, lt=1)
+    """With a correlation_length: share of the variance that is each joint's own. The correlation is then (1 - nugget)
+    exp(-d / correlation_length) however near two joints are."""
 
     @model_validator(mode="after")
     def _one_way(self) -> JointField:
@@ -98,79 +90,54 @@ class JointField:
 
 @described
 class Distribution:
-    """How a number scatters; values in the unit of that number, or with a unit.
-
-    Attributes
-    ----------
-    distribution : str
-        ``lognormal``: mean with cov or std, or median with dispersion (standard deviation of the logarithm).
-        ``normal``: mean with cov or std. ``truncated_normal``: the same, of the normal before it is cut to lower
-        and upper. ``uniform``: lower and upper, or mean with cov or std. ``weibull``, ``gamma``: mean with cov or std,
-        or shape and scale, and lower if they begin elsewhere than at 0. ``beta``: lower and upper with mean and cov or
-        std, or with alpha and beta. ``discrete``: values, and weights unless all are equally likely. ``empirical``:
-        values that were measured, or file and column, all equally likely. ``scipy``: name of a distribution of
-        scipy.stats and its parameters, or its shapes with mean and cov or std. ``mixture``: components, one of which
-        each value comes from.
-    mean : float or str or None
-        Mean, in the number's unit, as the five that follow.
-    std : float or str or None
-        Standard deviation.
-    median : float or str or None
-        Median of a lognormal distribution.
-    lower : float or str or None
-        Lower bound.
-    upper : float or str or None
-        Upper bound.
-    scale : float or str or None
-        Scale of a Weibull or gamma distribution.
-    cov : float or None
-        Coefficient of variation.
-    dispersion : float or None
-        Standard deviation of the logarithm.
-    shape : float or None
-        Shape of a Weibull or gamma distribution.
-    alpha : float or None
-        First parameter of a beta distribution.
-    beta : float or None
-        Second parameter of a beta distribution.
-    values : sequence of float or str
-        Of discrete and empirical, in the number's unit.
-    weights : sequence of float
-        Weights of discrete values, positive, of any sum.
-    file : str or None
-        CSV file beside the study file.
-    column : str or None
-        Column of that file.
-    unit : str or None
-        Unit of that column (SI if left out).
-    name : str or None
-        Name and parameters of a distribution of scipy.stats.
-    parameters : dict of str to float or str, or None
-        As scipy.stats calls them; loc and scale in the number's unit.
-    source : str or None
-        Where the figures come from, for the archive.
-    """
+    """How a number scatters; values in the unit of that number, or with a unit."""
 
     distribution: Family
+    """``lognormal``: mean with cov or std, or median with dispersion (standard deviation of the logarithm). ``normal``:
+    mean with cov or std. ``truncated_normal``: the same, of the normal before it is cut to lower and upper.
+    ``uniform``: lower and upper, or mean with cov or std. ``weibull``, ``gamma``: mean with cov or std, or shape and
+    scale, and lower if they begin elsewhere than at 0. ``beta``: lower and upper with mean and cov or std, or with
+    alpha and beta. ``discrete``: values, and weights unless all are equally likely. ``empirical``: values that were
+    measured, or file and column, all equally likely. ``scipy``: name of a distribution of scipy.stats and its
+    parameters, or its shapes with mean and cov or std. ``mixture``: components, one of which each value comes from."""
     mean: Number | None = None
+    """Mean, in the number's unit, as the five that follow."""
     std: Number | None = None
+    """Standard deviation."""
     median: Number | None = None
+    """Median of a lognormal distribution."""
     lower: Number | None = None
+    """Lower bound."""
     upper: Number | None = None
+    """Upper bound."""
     scale: Number | None = None
+    """Scale of a Weibull or gamma distribution."""
     cov: Pure | None = Field(default=None, gt=0, le=10)
+    """Coefficient of variation."""
     dispersion: Pure | None = Field(default=None, gt=0)
+    """Standard deviation of the logarithm."""
     shape: Pure | None = Field(default=None, gt=0)
+    """Shape of a Weibull or gamma distribution."""
     alpha: Pure | None = Field(default=None, gt=0)
+    """First parameter of a beta distribution."""
     beta: Pure | None = Field(default=None, gt=0)
+    """Second parameter of a beta distribution."""
     values: tuple[Number, ...] = ()
+    """Of discrete and empirical, in the number's unit."""
     weights: tuple[Annotated[Pure, Field(gt=0)], ...] = ()
+    """Weights of discrete values, positive, of any sum."""
     file: str | None = None
+    """CSV file beside the study file."""
     column: str | None = None
+    """Column of that file."""
     unit: str | None = None
+    """Unit of that column (SI if left out)."""
     name: str | None = None
+    """Name and parameters of a distribution of scipy.stats."""
     parameters: dict[str, Number] | None = None
+    """As scipy.stats calls them; loc and scale in the number's unit."""
     source: str | None = None
+    """Where the figures come from, for the archive."""
 
     def frozen(self, place: str, unit: str) -> Any:
         """Distribution in SI, as scipy.stats freezes them."""
@@ -251,15 +218,10 @@ def _number(where: str, name: str, value: Any, unit: str) -> float:
 
 @described
 class Component(Distribution):
-    """One part of a mixture (``[[variables."place".components]]``).
-
-    Attributes
-    ----------
-    weight : float
-        How often it occurs, against the weights of the others.
-    """
+    """One part of a mixture (``[[variables."place".components]]``)."""
 
     weight: Pure = Field(gt=0)
+    """How often it occurs, against the weights of the others."""
 
     @model_validator(mode="after")
     def _plain(self) -> Component:
@@ -270,18 +232,12 @@ class Component(Distribution):
 
 @described
 class Variable(Distribution):
-    """Distribution of one number (``[variables."place"]``).
-
-    Attributes
-    ----------
-    components : sequence of Component
-        Components of a mixture.
-    field : JointField or None
-        If given, the number varies from joint to joint; only for numbers of ``joint`` and ``dpc``.
-    """
+    """Distribution of one number (``[variables."place"]``)."""
 
     components: tuple[Component, ...] = ()
+    """Components of a mixture."""
     field: JointField | None = None
+    """If given, the number varies from joint to joint; only for numbers of ``joint`` and ``dpc``."""
 
     def _read(self, where: str, unit: str, folder: Path) -> Variable:
         itself = super()._read(where, unit, folder)

@@ -1,6 +1,7 @@
 """Keys that do not go together, and derived settings of runs in time; units, defaults and bounds: the page of keys."""
 
 import math
+import re
 from typing import Any
 
 import pytest
@@ -12,6 +13,15 @@ from damagepred.scene.mound import Mound
 from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.wall import Wall
+
+
+@pytest.mark.parametrize("kind", [BaseMotion, BlockMaterial, Damage, Dynamics, Joint, Mound, Rig, Solver, Wall])
+def test_help_has_the_meaning_of_each_field(kind: Any) -> None:
+    """A field with the string below it, or the string below the next fields, that holds for all of them."""
+    head, _, fields = (kind.__doc__ or "").partition("\nAttributes\n----------\n")
+    assert head.endswith("\n")
+    for name in kind.__dataclass_fields__:
+        assert re.search(rf"^(\w+, )*{name}(, \w+)* : .+\n    \S", fields, re.MULTILINE), name
 
 
 def test_damping_by_hand() -> None:

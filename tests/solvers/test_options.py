@@ -58,7 +58,7 @@ def test_a_wrong_option_is_refused_in_one_sentence_before_anything_is_solved(tab
 def test_every_option_is_documented() -> None:
     for table, kind in option_classes().items():
         for field in dataclasses.fields(kind):
-            assert re.search(rf"^    ({field.name}) : \w", kind.__doc__ or "", re.M), f"{table}.{field.name}"
+            assert re.search(rf"^{field.name} : \w", kind.__doc__ or "", re.M), f"{table}.{field.name}"
 
 
 def test_all_values_are_recorded_with_a_wall() -> None:

@@ -23,32 +23,22 @@ class FragilityOptions:
 
     With the default numbers of walls for each kind of band, intervals of 90 % hold the truth in 85 % of the cases of
     studies/coverage or more.
-
-    Attributes
-    ----------
-    fewest_reached : int
-        Walls that must have reached a category for a curve to be fitted to it.
-    posterior_below : int
-        Effective walls that reached the category below which bands are quantiles of the posterior, not BCa.
-    fitted_share : float
-        Share of the resamples that can be fitted below which bands are of the posterior (1).
-    caution_below : int
-        Walls that reached the category below which the curve carries a caution.
-    posterior_draws : int
-        Draws from the posterior.
-    one_step_groups : int
-        Groups of equal walls beyond which a resample is fitted by one Newton step from the estimate.
-    one_step_walls : int
-        Walls drawn for such a step at most; its scatter is scaled by the root of their number.
     """
 
     fewest_reached: Count = Field(default=3, ge=1)
+    """Walls that must have reached a category for a curve to be fitted to it."""
     posterior_below: Count = Field(default=100, ge=0)
+    """Effective walls that reached the category below which bands are quantiles of the posterior, not BCa."""
     fitted_share: Pure = Field(default=0.95, ge=0, le=1)
+    """Share of the resamples that can be fitted below which bands are of the posterior (1)."""
     caution_below: Count = Field(default=10, ge=0)
+    """Walls that reached the category below which the curve carries a caution."""
     posterior_draws: Count = Field(default=1500, ge=10)
+    """Draws from the posterior."""
     one_step_groups: Count = Field(default=2000, ge=1)
+    """Groups of equal walls beyond which a resample is fitted by one Newton step from the estimate."""
     one_step_walls: Count = Field(default=20_000, ge=10)
+    """Walls drawn for such a step at most; its scatter is scaled by the root of their number."""
 
     def __repr__(self) -> str:
         """Options that differ from the defaults: signatures stay short."""
