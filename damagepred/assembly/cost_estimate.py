@@ -12,6 +12,7 @@ from damagepred.errors import InputError
 from damagepred.formatting import duration
 from damagepred.inputs.arguments import checked
 from damagepred.scene import House, Scene
+from damagepred.scene.described import documented
 
 BLOCK_MEMORY, CONTACT_MEMORY, ZONE_MEMORY = 2e4, 200.0, 500.0
 """Memory of a block, contact and zone while a wall is solved (bytes)."""
@@ -24,18 +25,10 @@ with contact detection."""
 SETTLING_CYCLES = 3000  # cycles of the explicit solver from the end of a ramp to equilibrium
 
 
+@documented
 @dataclass(frozen=True)
 class Limits:
     """Estimated cost above which a wall is refused, and time limit of a path.
-
-    Attributes
-    ----------
-    memory : float
-        Estimated memory (bytes).
-    estimated_time : float
-        Estimated time to solve one wall (s).
-    time : float
-        Time limit of one wall (s); beyond it the wall fails with the reason ``timeout``.
 
     Examples
     --------
@@ -45,8 +38,11 @@ class Limits:
     """
 
     memory: float = 4e9
+    """Estimated memory (bytes)."""
     estimated_time: float = 3600.0
+    """Estimated time to solve one wall (s)."""
     time: float = 3600.0
+    """Time limit of one wall (s); beyond it the wall fails with the reason ``timeout``."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -71,20 +67,10 @@ class Limits:
 NO_LIMITS = Limits(math.inf, math.inf, math.inf)
 
 
+@documented
 @dataclass(frozen=True)
 class WallCost:
     """Size and cost of one wall, counted from wall, bricks, openings and zones.
-
-    Attributes
-    ----------
-    blocks, contacts, zones, unknowns : float
-        Size of the model. Lintels and the ends of courses change the true numbers by some per cent.
-    joints : float
-        Bed joints, the most frequent kind.
-    memory : float
-        Memory while it is solved (bytes).
-    time : float
-        Time to solve it (s), an order of magnitude.
 
     Examples
     --------
@@ -98,9 +84,13 @@ class WallCost:
     contacts: float
     zones: float
     unknowns: float
+    """Size of the model. Lintels and the ends of courses change the true numbers by some per cent."""
     joints: float
+    """Bed joints, the most frequent kind."""
     memory: float
+    """Memory while it is solved (bytes)."""
     time: float
+    """Time to solve it (s), an order of magnitude."""
 
     def require(self, limits: Limits, fields: int = 0) -> None:
         """Check that the cost is within limits.

@@ -16,6 +16,7 @@ from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.section import Sections
 from damagepred.kernels.interface.kinematics import EDGE
 from damagepred.kernels.joint.parameters import joint_parameters
+from damagepred.scene.described import documented
 from damagepred.scene.movement_stage import History
 
 
@@ -268,59 +269,10 @@ class BlockLaw(NamedTuple):
     thickness: FloatArray
 
 
+@documented
 @dataclass(frozen=True)
 class Model:
     """Blocks, interfaces, laws, supports and loads; see the parts for units and signs.
-
-    Attributes
-    ----------
-    blocks, interfaces, properties, ground, supports, jambs, joints
-        The parts.
-    density : array (n,)
-        Mass density of the blocks (kg/m3).
-    thickness : float
-        Out-of-plane thickness (m).
-    span : float
-        Distance between the points to which the central deflection refers (m), usually the wall's length.
-    central_deflection : float
-        Deflection of the centre at full movement (m), not negative.
-    apex_limited : int
-        Number of joints whose tensile strength was cut to cohesion / friction, the apex of the cone.
-    snap_back_limited : int
-        Number of joints whose fracture energy, of mode I or II, is too small to soften: their bond breaks at once.
-    block_law : BlockLaw
-        Material of the blocks.
-    mesh : Mesh or None
-        Zones of the deformable blocks.
-    elastic : ElasticBlocks or None
-        Blocks that stretch and bend.
-    plane : {"stress", "strain"}
-        Whether zones are free or held out of plane.
-    loose_joint : JointProperties or None
-        One row: the law of contacts that are found during motion; by default the law of the first interface.
-    initial_velocity : array (n, 3) or None
-        x, y (m/s) and rotation (rad/s) at the start of a dynamic run; by default 0.
-    edge_load, live_edge_load : array (size,) or None
-        Dead and live load on single gridpoints, in the order of ``Mesh``'s degrees of freedom (N).
-    footing : array of int or None
-        Blocks of the footing, left to right, where it is part of the model and finds its own shape.
-    deflection : array (size,) or None
-        Weights of all degrees of freedom in the footing's deflection: its centre relative to its ends (m, upwards).
-        None: it is prescribed.
-    jacks : Jacks or None
-        Jacks under the footing.
-    sections : Sections or None
-        Sections of a reinforced-concrete footing, which crack; their law replaces the law of their contacts.
-    surface_movement : float or None
-        Characteristic surface movement at full movement (m), by which a site is classed.
-    settlement : mapping of str to float or None
-        Settlement of the ground and its other measures at full movement, by the names of their variables.
-    history : History or None
-        Increments of a movement history; by default equal increments to 1.
-    creep : JointCreep or None
-        Creep of the joints over the time of a history.
-    test : LaboratoryTest or None
-        Laboratory test under ``[[load]]``.
 
     Examples
     --------
@@ -337,29 +289,53 @@ class Model:
     supports: Supports
     jambs: Jambs
     joints: Joints
+    """The parts."""
     density: FloatArray
+    """Mass density of the blocks (n,) (kg/m3)."""
     thickness: float
+    """Out-of-plane thickness (m)."""
     span: float
+    """Distance between the points to which the central deflection refers (m), usually the wall's length."""
     central_deflection: float
+    """Deflection of the centre at full movement (m), not negative."""
     apex_limited: int
+    """Number of joints whose tensile strength was cut to cohesion / friction, the apex of the cone."""
     snap_back_limited: int
+    """Number of joints whose fracture energy, of mode I or II, is too small to soften: their bond breaks at once."""
     block_law: BlockLaw
+    """Material of the blocks."""
     mesh: Mesh | None = None
+    """Zones of the deformable blocks."""
     elastic: ElasticBlocks | None = None
+    """Blocks that stretch and bend."""
     plane: str = "stress"
+    """Whether zones are free or held out of plane."""
     edge_load: FloatArray | None = None
-    loose_joint: JointProperties | None = None
-    initial_velocity: FloatArray | None = None
     live_edge_load: FloatArray | None = None
+    """Dead and live load (size,) on single gridpoints, in the order of ``Mesh``'s degrees of freedom (N)."""
+    loose_joint: JointProperties | None = None
+    """One row: the law of contacts that are found during motion; by default the law of the first interface."""
+    initial_velocity: FloatArray | None = None
+    """x, y (m/s) and rotation (rad/s) (n, 3) at the start of a dynamic run; by default 0."""
     footing: IntArray | None = None
+    """Blocks of the footing, left to right, where it is part of the model and finds its own shape."""
     deflection: FloatArray | None = None
+    """Weights (size,) of all degrees of freedom in the footing's deflection: its centre relative to its ends (m,
+    upwards). None: it is prescribed."""
     jacks: Jacks | None = None
+    """Jacks under the footing."""
     sections: Sections | None = None
+    """Sections of a reinforced-concrete footing, which crack; their law replaces the law of their contacts."""
     surface_movement: float | None = None
+    """Characteristic surface movement at full movement (m), by which a site is classed."""
     settlement: Mapping[str, float] | None = None
+    """Settlement of the ground and its other measures at full movement, by the names of their variables."""
     history: History | None = None
+    """Increments of a movement history; by default equal increments to 1."""
     creep: JointCreep | None = None
+    """Creep of the joints over the time of a history."""
     test: LaboratoryTest | None = None
+    """Laboratory test under ``[[load]]``."""
 
     @property
     def n_blocks(self) -> int:

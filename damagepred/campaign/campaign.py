@@ -34,23 +34,15 @@ from damagepred.inputs.arguments import checked
 from damagepred.runtime.numpy_defaults import numpy_defaults
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
-from damagepred.scene.described import plain
+from damagepred.scene.described import documented, plain
 from damagepred.solvers.options import SolverOptions
 
 MOST_VALUES = 25_000_000  # limit of the values of joints in a design (200 MB); they follow from the seed
 
 
+@documented
 class Progress(NamedTuple):
     """Status of a run.
-
-    Attributes
-    ----------
-    total, done, failed : int
-        Requested samples, finished samples (with failed ones), failed samples.
-    just_failed : str
-        Reason if the last sample failed.
-    seconds_left : float
-        Mean time of the samples of this run times the remaining samples over the workers (s); NaN before the first.
 
     Examples
     --------
@@ -63,24 +55,17 @@ class Progress(NamedTuple):
     total: int
     done: int
     failed: int
+    """Requested samples, finished samples (with failed ones), failed samples."""
     just_failed: str = ""
+    """Reason if the last sample failed."""
     seconds_left: float = np.nan
+    """Mean time of the samples of this run times the remaining samples over the workers (s); NaN before the first."""
 
 
+@documented
 @dataclass(frozen=True)
 class RunSummary:
     """Result of a run.
-
-    Attributes
-    ----------
-    folder : Path
-        Study folder.
-    total, done, failed : int
-        Requested samples, finished samples (with failed ones), failed samples.
-    interrupted : bool
-        Whether the run was stopped before the last sample.
-    seconds : float
-        Time of this run.
 
     Examples
     --------
@@ -93,11 +78,15 @@ class RunSummary:
     """
 
     folder: Path
+    """Study folder."""
     total: int
     done: int
     failed: int
+    """Requested samples, finished samples (with failed ones), failed samples."""
     interrupted: bool
+    """Whether the run was stopped before the last sample."""
     seconds: float
+    """Time of this run."""
 
 
 def study_differences(frozen: StudySettings, settings: StudySettings) -> list[str]:

@@ -46,12 +46,17 @@ def described(cls: type[T]) -> type[T]:
 
     number = len(dataclasses.fields(made))
     made.__init__ = init
-    made.__doc__ = _Documentation(cls.__doc__ or "")
-    return made
+    return documented(made)
+
+
+def documented(cls: type[T]) -> type[T]:
+    """Class whose docstring, in ``help``, has a section of its fields, each with the string below it."""
+    cls.__doc__ = _Documentation(cls.__doc__ or "")  # type: ignore[assignment]
+    return cls
 
 
 class _Documentation:
-    """Docstring of a described class with its fields, each with the string below it, read from the source on demand."""
+    """Docstring with a section of fields, read from the source on demand."""
 
     def __init__(self, text: str) -> None:
         self.text = inspect.cleandoc(text)

@@ -11,21 +11,13 @@ from typing import Any
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.data_files import data_file
+from damagepred.scene.described import documented
 
 
+@documented
 @dataclass(frozen=True)
 class SiteClass:
     """Site class by the characteristic surface movement.
-
-    Attributes
-    ----------
-    name : str
-        A, S, M, H1, H2 or E.
-    above, up_to : float
-        Bounds of the surface movement y_s (m), lower excluded: minus infinity for the first class, infinity for the
-        last.
-    description : str
-        Type of ground.
 
     Examples
     --------
@@ -36,27 +28,19 @@ class SiteClass:
     """
 
     name: str
+    """A, S, M, H1, H2 or E."""
     above: float
     up_to: float
+    """Bounds of the surface movement y_s (m), lower excluded: minus infinity for the first class, infinity for the
+    last."""
     description: str
+    """Type of ground."""
 
 
+@documented
 @dataclass(frozen=True)
 class StandardFooting:
     """Standard strip footing.
-
-    Attributes
-    ----------
-    site_class : str
-        Class of the site, such as "M".
-    construction : str
-        Construction of the house, such as "full_masonry".
-    depth, width : float
-        Cross-section (m).
-    mesh : str
-        Trench mesh at the bottom and at the top, such as "4-L12TM".
-    confidence : str
-        Level of confidence (``data_files.CONFIDENCE``).
 
     Examples
     --------
@@ -67,11 +51,16 @@ class StandardFooting:
     """
 
     site_class: str
+    """Class of the site, such as "M"."""
     construction: str
+    """Construction of the house, such as "full_masonry"."""
     depth: float
     width: float
+    """Cross-section (m)."""
     mesh: str
+    """Trench mesh at the bottom and at the top, such as "4-L12TM"."""
     confidence: str
+    """Level of confidence (``data_files.CONFIDENCE``)."""
 
 
 @cache

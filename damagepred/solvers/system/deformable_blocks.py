@@ -31,37 +31,19 @@ class Facets(NamedTuple):
 
 
 class PackedZones(NamedTuple):
-    """Zones in batches of blocks of one pattern, their values side by side; see ``damagepred.kernels.zone.forces``.
+    """Zones in batches of blocks of one pattern, their values side by side; see ``damagepred.kernels.zone.forces``."""
 
-    Attributes
-    ----------
-    first_dof : array of int (b + 1,)
-        Where the degrees of freedom of each batch begin.
-    pattern : array of int (b,)
-        Pattern of each batch.
-    first_corner : array of int (p + 1,), corners : array of unsigned int (c, 5)
-        Where the cells of each pattern begin; where the degrees of freedom of a cell's four corners and of the
-        gridpoint in its middle begin in a batch.
-    first_shape : array of int (b,), shapes : array of record
-        Where the shapes of each batch's cells begin; batches of bricks that are all alike share them.
-    first_memory : array of int (b,), memory : array of record
-        First history variable of each batch's cells; -1 without strength.
-    moduli : array of record (b,)
-        Materials; nothing in empty lanes.
-    work : array of record (1,)
-        Work arrays of a cell.
-    """
-
-    first_dof: NDArray[np.uint64]
-    pattern: IntArray
-    first_corner: IntArray
+    first_dof: NDArray[np.uint64]  # (b + 1,) where the degrees of freedom of each batch begin
+    pattern: IntArray  # (b,) pattern of each batch
+    first_corner: IntArray  # (p + 1,) where the cells of each pattern begin
+    # (c, 5): where the degrees of freedom of a cell's four corners and of its middle gridpoint begin in a batch
     corners: NDArray[np.uint64]
-    first_shape: IntArray
-    shapes: NDArray[Any]
-    first_memory: IntArray
-    memory: NDArray[Any]
-    moduli: NDArray[Any]
-    work: NDArray[Any]
+    first_shape: IntArray  # (b,) where the shapes of each batch's cells begin
+    shapes: NDArray[Any]  # records, which batches of equal bricks share
+    first_memory: IntArray  # (b,) first history variable of each batch's cells; -1 without strength
+    memory: NDArray[Any]  # records
+    moduli: NDArray[Any]  # (b,) records of materials; nothing in empty lanes
+    work: NDArray[Any]  # (1,) record of work arrays of a cell
 
 
 def facets_of(model: Model) -> Facets:
