@@ -18,22 +18,7 @@ SMALL_WALL = 200
 
 @each_with_one_blas_thread
 def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
-    """Follow the movement with the solver that the settings name.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    settings : Solver
-        Method and its parameters, and whether the second half of a symmetric wall is skipped.
-    increments : int
-        Number of equal steps of the movement.
-
-    Yields
-    ------
-    Increment
-        First the state under dead load, then one per step.
-    """
+    """State under dead load, then the state after each of equal steps of the movement."""
     half = None
     if settings.symmetric_half and not (settings.method == "quasi_static" and _cheaper_as_a_whole(model)):
         from damagepred.solvers.symmetry import reduce_by_symmetry

@@ -8,10 +8,9 @@ import xarray as xr
 from scipy import special, stats
 from statsmodels.stats.proportion import proportion_confint
 
-from damagepred.errors import InputError
 from damagepred.uq.capacity import read_capacities
 from damagepred.uq.comparison import compare
-from damagepred.uq.fragility import fit_fragility, fit_lognormal, fit_surface, stripes, stripes_from_counts
+from damagepred.uq.fragility import fit_fragility, fit_lognormal, fit_surface
 from damagepred.uq.fragility.goodness import _grouped_by_increments
 from tests.recorded import check_parts
 from tests.uq.test_fragility import COMPLETE, FAILED, MISSING, fail, scipy_fit, study
@@ -217,34 +216,6 @@ def test_a_difference_of_replicates_is_student_s_of_their_means() -> None:
     assert float(found["difference"]) == pytest.approx(each.mean())
     assert float(found["difference_lower"]) == pytest.approx(max(each.mean() - half, -1.0))
     assert float(found["difference_upper"]) == pytest.approx(min(each.mean() + half, 1.0))
-
-
-def test_counted_walls_as_a_study() -> None:
-    ds = stripes_from_counts([2.0, 5.0], [[2, 1, 0], [0, 1, 2]], intensity="wall_drift", units="mm", title="counted")
-    assert ds["damage_category"].values.tolist() == [0, 0, 1, 1, 2, 2]
-    assert ds["wall_drift"].values.tolist() == [2.0] * 3 + [5.0] * 3
-    assert ds["status"].values.tolist() == [COMPLETE] * 6
-    assert (ds.attrs, ds["wall_drift"].attrs) == (
-        {"title": "counted", "highest_category": 2},
-        {"units": "mm", "long_name": "wall drift"},
-    )
-
-
-def test_studies_as_stripes() -> None:
-    """The end of each path, in the order of the movements; weights where a study has some, 1 where it has none."""
-    paths = study(np.array([2.5, 3.5, 9.0]), end=4.0, increments=4)
-    fail(paths, 2, 2)
-    alone = single_study(np.full(2, 8.0), np.array([1, 2])).assign(weight=("sample", [0.5, 2.0]))
-    ds = stripes({8: alone, 4: paths})
-    assert ds["damage_category"].values.tolist() == [1, 1, -1, 1, 2]
-    assert ds["status"].values.tolist() == [COMPLETE, COMPLETE, FAILED, COMPLETE, COMPLETE]
-    assert ds["central_deflection"].values.tolist() == [4, 4, 4, 8, 8]
-    assert ds["central_deflection"].attrs["units"] == "mm"
-    assert ds["weight"].values.tolist() == [1, 1, 1, 0.5, 2]
-    assert ds.attrs == alone.attrs
-    assert "weight" not in stripes({4: paths})
-    with pytest.raises(InputError, match="at least one movement"):
-        stripes({})
 
 
 @pytest.mark.parametrize("scale", ["log", "linear"])

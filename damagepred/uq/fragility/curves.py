@@ -86,7 +86,7 @@ def fit_fragility(
     ----------
     ds : xarray.Dataset
         As ``open_study`` returns it: ``damage_category`` and the intensity on (sample, increment), or on (sample,)
-        where each wall is known at its own movement alone, or at the movements of ``stripes``; ``status`` on (sample,).
+        where each wall is known at its own movement alone; ``status`` on (sample,).
     model : {"separate", "common", "empirical"}
         Lognormal curves, each fitted for itself; with a dispersion that all share, so that they never cross (where each
         wall is known at one movement, the ordinal probit model); or no form at all (Turnbull).

@@ -199,22 +199,7 @@ class OrdinalProbit(Estimator):
 def fit_lognormal(
     lower: FloatArray, upper: FloatArray, count: FloatArray | None = None, *, options: FragilityOptions = DEFAULT
 ) -> Fit:
-    """Fit a lognormal capacity to intervals by maximum likelihood.
-
-    Parameters
-    ----------
-    lower, upper : array (n,)
-        The capacity lies in (lower, upper]; upper infinite: censored; equal: known exactly.
-    count : array (n,), optional
-        Number of walls of each interval.
-    options : FragilityOptions
-        Options of the fit.
-
-    Raises
-    ------
-    InputError
-        If a bound is NaN or an interval is empty.
-    """
+    """Lognormal capacity in intervals (lower, upper], arrays (n,), by maximum likelihood; infinite upper: censored."""
     require_alike(lower=lower, upper=upper, count=count)
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     weight = np.ones(len(low)) if count is None else np.asarray(count, dtype=np.float64)

@@ -114,13 +114,7 @@ def group_equal(columns: FloatArray) -> tuple[IntArray, IntArray]:
 
 @checked
 def normalised_weights(weight: FloatArray, upper: FloatArray) -> FloatArray:
-    """Scale weights so that the walls which reached a category have weights that add up to their number.
-
-    Parameters
-    ----------
-    weight, upper : array (walls,)
-        Weights, and capacities' upper bounds, infinite where the category was not reached.
-    """
+    """Weights (walls,) scaled so that they add up to the number of the walls with a finite upper bound."""
     require_alike(weight=weight, upper=upper)
     weight, upper = np.asarray(weight, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     if not (np.isfinite(weight).all() and (weight >= 0).all() and (weight > 0).any()):

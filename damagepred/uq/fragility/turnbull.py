@@ -40,15 +40,7 @@ class Npmle(NamedTuple):
 
 @checked
 def turnbull(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None) -> Npmle:
-    """Nonparametric maximum likelihood estimate of the capacity's distribution.
-
-    Parameters
-    ----------
-    lower, upper : array (walls,)
-        Capacities lie in (lower, upper]; upper infinite: not reached; equal: known exactly.
-    weight : array (walls,), optional
-        Weight of each wall.
-    """
+    """Nonparametric maximum likelihood estimate of capacities in intervals (lower, upper], arrays (walls,)."""
     require_alike(lower=lower, upper=upper, weight=weight)
     lower, upper = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     weight = np.ones(len(lower)) if weight is None else np.asarray(weight, dtype=np.float64)
