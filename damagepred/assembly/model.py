@@ -112,10 +112,7 @@ class JointProperties(NamedTuple):
 
 
 class Ground(NamedTuple):
-    """Displacement of the ground in one state, under the contacts with it, the last g interfaces.
-
-    With strained bricks, g is the number of all interfaces; see ``assembly.interfaces.with_strain``.
-    """
+    """Displacement of the ground under its contacts, the last g interfaces (with strained bricks: under all)."""
 
     # (g, q): along normal and tangent, subtracted from the opening of the joint on block b's side (m)
     normal: FloatArray

@@ -31,10 +31,7 @@ class Wires(NamedTuple):
 
 
 class Sections(NamedTuple):
-    """Sections of a reinforced-concrete beam, s of them; each is an interface between two of its segments.
-
-    Signs as in kernels/concrete_section/law.py. Levels are depths below mid-depth (m).
-    """
+    """Sections of a reinforced-concrete beam (s,), each between two segments; depths (m) are below mid-depth."""
 
     interface: IntArray  # (s,): number of the interface in the model
     length: FloatArray  # (s,): length of beam it stands for (m): opening = strain x length, turn = curvature x length

@@ -236,10 +236,7 @@ def _reason(error: Exception) -> FailureKind:
 
 
 def _row(settings: StudySettings, sample: int, status: int, seconds: float, model: Model, steps: list[Step]) -> Columns:
-    """Columns of one sample in a part; increments after the end of its path are NaN.
-
-    Only the category holds for the remaining movement, unless unloaded jacks or supports have ended it.
-    """
+    """Columns of one sample in a part; beyond the end of its path they are NaN, except the category."""
     increments = settings.scene.movement.increment_count
     rules = Rules.from_settings(**asdict(settings.scene.damage))
     table = rules.table

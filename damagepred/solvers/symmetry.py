@@ -100,10 +100,7 @@ class HalfModel(Model):
 
 
 def reduce_by_symmetry(model: Model) -> HalfModel | None:
-    """Half of a wall that is its own mirror image; None for other walls, or with strained blocks.
-
-    Walls of deformable blocks with jacks, or loads or supports on single gridpoints, and houses are not halved.
-    """
+    """Half of a wall that is its own mirror image; None for other walls, strained blocks, houses, loaded gridpoints."""
     if isinstance(model, HouseModel) or model.is_strained or (model.mesh is not None and not _loaded_by_block(model)):
         return None
     geometry = half_geometry(model.blocks, model.interfaces, model.elastic, model.mesh)

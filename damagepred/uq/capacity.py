@@ -121,11 +121,7 @@ def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflecti
 def read_capacities(
     ds: xr.Dataset, categories: Sequence[int], intensity: str, *, between: bool = True
 ) -> StudyCapacities:
-    """Capacity of each wall for several categories; the dataset may be on disk.
-
-    Where a study keeps only the end of each wall's movement, the capacity lies below it or above. ``between``: states
-    on the way count, not the end of each path alone.
-    """
+    """Capacity of each wall for several categories; ``between``: states on the way count, not only ends of paths."""
     if ds["damage_category"].ndim > 1 and between:
         check_states(ds, intensity)
     status = np.asarray(ds["status"].values)

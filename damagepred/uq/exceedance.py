@@ -367,11 +367,7 @@ def _from_curve(
 def median_movement(
     ds: xr.Dataset, category: int, *, confidence: float = 0.9, intensity: str | None = None, seed: int = 0
 ) -> Estimate:
-    """Median movement at which a category is reached, of the lognormal curve; beyond the walls a lower bound.
-
-    The error is the error of the logarithm: a jackknife over replicates of Sobol points, otherwise of resampled walls
-    or, of few, of the posterior.
-    """
+    """Median of the lognormal curve, beyond the walls a lower bound; the error is the error of its logarithm."""
     walls = category_capacities(ds, category, intensity)
     # walls damaged before any movement are no part of the curve of the others
     walls = walls._replace(upper=np.where(walls.upper <= 0, np.inf, walls.upper))

@@ -73,11 +73,7 @@ def check_states(ds: xr.Dataset, name: str) -> None:
 
 
 def movement_measure(ds: xr.Dataset) -> str:
-    """Measure that drives a study or a wall.
-
-    On a mound ``surface_movement``, of settling ground ``settlement``, in a laboratory test ``load_displacement``,
-    otherwise the deflection.
-    """
+    """Measure that drives a study or a wall: of the ground, of a laboratory test, otherwise the deflection."""
     if "load_displacement" in ds.variables:
         return "load_displacement"
     ground = (n for n in ("surface_movement", "settlement") if n in ds and bool(np.isfinite(ds[n].values).any()))

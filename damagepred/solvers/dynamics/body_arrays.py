@@ -228,10 +228,7 @@ def _free_stretches(
 def _spread(
     start: float, end: float, cell: float, first: bool, last: bool, max_cells: int
 ) -> list[tuple[float, float]]:
-    """Positions (m) and lengths (m) of points on a stretch of a face, cell by cell.
-
-    Cells at both corners of a face have Lobatto points (3), at one corner Radau (2), others Gauss (2).
-    """
+    """Gauss, Radau (one corner) or Lobatto points (both corners) of cells of a face, and their lengths (m)."""
     count = min(max(1, round((end - start) / cell)), max_cells)
     size = (end - start) / count
     points = []

@@ -17,10 +17,7 @@ from damagepred.solvers.state.wall_state import State
 
 
 class BondFailures:
-    """Bonds of one wall, and the load factor at which each has failed.
-
-    ``Continuation`` fails them; ``commit_joint_history`` sets ``never_opened`` False where a contact opens.
-    """
+    """Bonds of one wall, and the load factor at which each has failed."""
 
     def __init__(self, model: Model, options: ContinuationOptions, history: JointHistory) -> None:
         law, self.options = model.properties, options

@@ -43,10 +43,7 @@ COLLAPSE_RELAXATION = 0.25
 
 
 class Continuation:
-    """Path of equilibria of one wall: its last equilibrium ``state``, and the steps to the next.
-
-    ``bonds`` and ``balance`` belong to ``state``; ``commit`` moves all three to a new equilibrium.
-    """
+    """Path of equilibria: the last one (``state``, ``bonds``, ``balance``), and the steps to the next."""
 
     def __init__(self, model: Model, settings: Solver) -> None:
         self.model = model
@@ -236,10 +233,7 @@ class Continuation:
         return state.distance(target) <= control.collapse_bracket or not (detached or known)
 
     def _end_step(self, state: State, target: Point, trial: _Trial, control: StepControl) -> tuple[State, float, bool]:
-        """Commit the equilibrium at a target and fail its overloaded bonds, or go back to shorten the step.
-
-        Return the state to continue from, its unbalanced force ratio, and whether the increment ends with it.
-        """
+        """State to continue from, its unbalanced force ratio, and whether the increment ends with it."""
         options, step = self.options.continuation, state.distance(target)
         heaviest = self.equilibrium.largest_bond_load(trial.state)
         # beyond a jump no shorter step comes nearer to the event that fails the middles of bricks in shear
@@ -281,10 +275,7 @@ class Continuation:
     def _find_distant(
         self, state: State, unconverged: State, ahead: FloatArray, newton_only: bool, collapse_known: bool
     ) -> tuple[State, float, State]:
-        """Find a distant equilibrium by snap-through, or by the Tresca fixed point where only Newton was tried.
-
-        Return it, its unbalanced force ratio, and the state in which the last iteration at the target ended.
-        """
+        """Distant equilibrium, its unbalanced force ratio, and the state of the last iteration at the target."""
         self._allowed_halvings = max(self._allowed_halvings - 1, LEAST_HALVINGS)
         self._relaxes = self.bonds.all_weak
         start = state.at(unconverged.load, unconverged.load_factor)

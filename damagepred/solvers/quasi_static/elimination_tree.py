@@ -252,10 +252,7 @@ class EliminationTree:
         return [nodes[i:j] for i, j in pairwise(np.searchsorted(fronts, np.arange(self.count + 1)))]
 
     def _node_boundaries(self, front_of_node: IntArray, coupled: list[IntArray]) -> list[IntArray]:
-        """Set ``parent`` (F,); nodes of each boundary, rising: nodes of ancestors coupled by elements or by children.
-
-        Fronts are numbered from the root, and nodes in the order of their fronts: ancestors have smaller numbers.
-        """
+        """Set ``parent`` (F,); nodes of each boundary, rising: of ancestors coupled by elements or by children."""
         gathered = [[nodes] for nodes in coupled]
         first_node = np.searchsorted(front_of_node, np.arange(self.count))
         self.parent = np.full(self.count, -1, dtype=np.int64)

@@ -37,11 +37,7 @@ class _Point(NamedTuple):
 
 @dataclass
 class EnergyBalance:
-    """Energy balance of dead load and movement, all in J, summed along the path.
-
-    ``Continuation`` adds each step with ``add`` as it commits the equilibrium at its end. Copies share their arrays,
-    which never change.
-    """
+    """Energy balance of dead load and movement (J), summed along the path; copies share arrays, which never change."""
 
     residual: FloatArray  # (size,) Largest residual force of each degree of freedom (N, N m)
     external_work: float = 0.0  # work of dead load, live load and movement on the wall
@@ -115,12 +111,7 @@ class EnergyBalance:
         superelements: Superelements | None,
         sections: FloatArray | None,
     ) -> None:
-        """Add the step from the last equilibrium to a new one.
-
-        ``joints``, ``on_ground`` and ``plastic_work`` belong to its commit; ``reaction`` is the work of moving supports
-        per load factor, ``sections`` the response of cracking sections. ``unstable``: found at constant load;
-        ``snapped``: by snap-through.
-        """
+        """Add the step from the last equilibrium; ``unstable``: at constant load; ``snapped``: by snap-through."""
         model, last, ground = self._model, self._last, self._model.ground.at(state.load_factor)
         stored, softened = float(joints.stored), float(joints.softened)
         friction, crushing = float(joints.friction), float(joints.crushing)

@@ -68,11 +68,7 @@ class _Room(NamedTuple):
 
 
 class MultifrontalSystem:
-    """Tangent stiffness of a wall, factorised or corrected; ``solver`` and ``factors`` are its structures for kernels.
-
-    ``factors`` lasts; ``activate`` makes another ``solver`` without corrections. ``condensation`` has the superelements
-    of the condensed subtrees; it is None while all fronts are active.
-    """
+    """Tangent stiffness of a wall, factorised or corrected; ``solver`` and ``factors`` are for kernels."""
 
     def __init__(
         self,
@@ -294,10 +290,7 @@ class MultifrontalSystem:
     def condense(
         self, fronts: BoolArray, load: FloatArray, live_load: FloatArray | None = None
     ) -> StaticCondensation | None:
-        """Make some fronts and their ancestors active, and condense all others, elastic, with their loads.
-
-        If the active fronts do not hold the others, all become active, and the result is None.
-        """
+        """Make some fronts and their ancestors active and condense the others; None: these would not be held."""
         fronts = self.tree.ancestors(fronts)
         condensed = self.active.fronts & ~fronts
         held = not fronts.all()
@@ -314,10 +307,7 @@ class MultifrontalSystem:
         return self.condensation
 
     def _eliminate_condensed(self, fronts: BoolArray) -> bool:
-        """Eliminate some fronts, elastic; return whether their ancestors hold them.
-
-        Of walls of one geometry and elastic stiffness, all from the third on reuse the results of the second.
-        """
+        """Whether ancestors hold eliminated elastic fronts; equal walls from the third on reuse results."""
         interfaces, tree = np.flatnonzero(self.tree.in_fronts(fronts)), self.tree
         self._room.target[interfaces] = self.elastic[interfaces]
         small = 8e-9 * tree.matrix_entries <= MAX_SHARED_MEMORY

@@ -60,10 +60,7 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 @dataclass
 class JackControl:
-    """Control of the jacks: by deflection until ``Continuation.control_load`` sets ``level_load``, then by load.
-
-    While the dead load is applied, the deflection stays zero. Under deflection control the load is one more unknown.
-    """
+    """Control of the jacks: by deflection, with the load unknown, until ``level_load`` is set, then by load."""
 
     push: FloatArray  # (size,) force of unit loads (N/N)
     weights: FloatArray  # (size,) weights of the displacements in the deflection
@@ -158,12 +155,7 @@ class _Supports(NamedTuple):
 
 
 class Residual:
-    """Residual force of a wall with condensed elastic parts, and its linearisation.
-
-    ``wall`` is the structure for kernels; ``_make_wall`` makes it again when the active fronts change, with the
-    arrays in ``_lasting``. ``_in_state`` fills the structure that they take as state; the next call replaces it. The
-    last solution leaves its tangent, its bond loads and ``_completed``.
-    """
+    """Residual force of a wall with condensed elastic parts, and its linearisation; ``wall`` is for kernels."""
 
     def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
         self.model, self.tolerance, self.options = model, tolerance, options
@@ -197,10 +189,7 @@ class Residual:
         return None
 
     def _always_active_fronts(self) -> BoolArray:
-        """Fronts (F,) that are never condensed: the root, and all with moved supports, jacks, footing or strains.
-
-        Condensed fronts have fixed supports, and no load but dead and live ones.
-        """
+        """Fronts (F,) with moved supports, jacks, footing or strains, and the root: never condensed."""
         tree, supports = self.equations.tree, self.model.supports
         displaced = self._blocks_of((supports.prescribed_displacement != 0.0) | (supports.start != 0.0))
         if self.jacks is not None:
@@ -424,11 +413,7 @@ class Residual:
         return self._inside
 
     def _in_state(self, state: State, limit: float = np.inf, other: Ground | None = None) -> WallState:
-        """Structure of a state with the present condensed fronts; the next call replaces it.
-
-        ``limit`` is the displacement beyond which no equilibrium is sought, ``other`` the ground at the other end of a
-        step.
-        """
+        """Structure of a state with the present condensed fronts; the next call replaces it."""
         external = self.loads.at(state.load, state.load_factor, self.equations.condensation)
         return self._fill(state, external, limit, other)
 
@@ -444,19 +429,12 @@ class Residual:
     # -- forces -----------------------------------------------------------------------------------------------------
 
     def residual(self, state: State, displacement: FloatArray) -> tuple[FloatArray, float]:
-        """Return the residual force of every degree of freedom, and the unbalanced force ratio.
-
-        Facets and the inside of yielding blocks are updated in the displacements.
-        """
+        """Residual force of every degree of freedom, and its ratio; facets and yielding blocks follow."""
         force, u = np.empty_like(displacement), self._displacement_of(state, displacement)
         return force, residual_from_python(_steps(), self.wall, self._in_state(state), float(state.jack), u, force)
 
     def newton(self, state: State, start: FloatArray, searching: bool | None = None) -> tuple[FloatArray, float]:
-        """Best iterate of Newton's method, and the unbalanced force ratio there, inf if it has diverged.
-
-        The load of the jacks becomes the load of the best iterate. An equilibrium is completed and its tangent stored.
-        ``searching``: with line search, or with backtracking; None: with line search if the wall has a potential.
-        """
+        """Best iterate, and its unbalanced force ratio, inf if diverged; ``searching``: with line search."""
         searching, found = self.has_potential if searching is None else searching, np.empty_like(start)
         begin, (ahead, moved) = self._displacement_of(state, start), self._ahead(state)
         inside = self._in_state(state, self._divergence_limit(state), ahead)
@@ -468,10 +446,7 @@ class Residual:
         return found, np.inf if not within and self.has_diverged(state, found) else ratio
 
     def minimise(self, state: State, tolerance: float) -> None:
-        """Minimise the potential of the Tresca problem to an unbalanced force ratio, ``tolerance``.
-
-        The displacements of the state are the start and become the minimum; its jack load follows.
-        """
+        """Minimise the potential of the Tresca problem from the displacements of the state, in place."""
         limit, u, arms = self._divergence_limit(state), state.displacement, self.system.arms
         self._minimise_within(limit, state, tolerance)
         if not (within_limit(u, self.free, arms, limit) or self.has_diverged(state)):
@@ -506,10 +481,7 @@ class Residual:
         return force
 
     def commit_joint_history(self, state: State, never_opened: BoolArray) -> tuple[JointEnergy, Ground]:
-        """Commit the history of the joints to an equilibrium, in place; their energy, and forces on the ground (N).
-
-        ``never_opened`` becomes False where a contact opens. Joints of condensed fronts are elastic: no history.
-        """
+        """Commit the history of active joints, in place; their energy, and forces on the ground (N)."""
         condensation, shape = self.equations.condensation, self.model.ground.full.normal.shape
         whole = condensation is None or self.superelements is not None
         listed, on_ground = (
@@ -626,10 +598,7 @@ class Residual:
         store_tangent(self.wall, self._in_state(state, other=ahead), moved, u)
 
     def volume_per_deflection(self) -> float | None:
-        """Return the sum of the jacks' lifts, the volume they take, per deflection with the last tangent (1).
-
-        None: their load is given, or they do not bend the footing.
-        """
+        """Volume that the jacks take per deflection with the last tangent (1); None: given load, or no bending."""
         if self.jacks is None or self.jacks.by_load:
             return None
         self.equations.update(self._lasting["tangent"])
@@ -664,10 +633,7 @@ class Residual:
         self.uncondense(equations.tree.fronts_of(interfaces))
 
     def inelastic_fronts(self, state: State) -> BoolArray | None:
-        """Condensed fronts (F,) in which a joint slides or a block yields in the equilibrium just completed, or None.
-
-        Blocks that yield become active.
-        """
+        """Condensed fronts (F,) with sliding joints or yielding blocks (then active), or None."""
         tree, condensed = self.equations.tree, self.equations.active.condensed_interfaces
         slides = self.condensed and self._completed.sliding > 0
         if (blocks := self.superelements) is None and not slides:

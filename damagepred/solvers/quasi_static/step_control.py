@@ -47,11 +47,7 @@ class EnergyControl:
     options: EnergyOptions = DEFAULTS.energy  # limits of the refinement
 
     def next_length(self, before: EnergyBalance, after: EnergyBalance, damage: float, step: float) -> float:
-        """Step length whose imbalance is just allowed: of the next step, or of this step repeated if shorter.
-
-        ``damage`` is the damage of softening bonds in this step. The imbalance is of second order in the step, which
-        gives the square root.
-        """
+        """Step length whose imbalance (second order) is allowed; ``damage``: of softening bonds in this step."""
         error = (after.energy_error - before.energy_error) - (after.section_error - before.section_error)
         options = self.options
         allowed = max(options.step_share * self.tolerance * after.largest_work, after.residual_work)
@@ -158,10 +154,7 @@ class StepControl:
         self.rejected_target = self.next_point = None
 
     def allow_step(self, length: float, step: float) -> None:
-        """Set the longest step after a step within the energy error.
-
-        A step that an event or the end of the increment cut short does not shorten the next one.
-        """
+        """Set the longest step after a step within the energy error; a step cut short does not shorten it."""
         if step < self.longest_step * (1.0 - CLIPPED_STEP):
             length = max(length, self.longest_step)
         if self.refined:  # the next step has the error of the shortened one, not less

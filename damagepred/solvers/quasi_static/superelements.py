@@ -62,11 +62,7 @@ class BlockShape(NamedTuple):
 
 
 class Superelements:
-    """Deformable blocks of a model: degrees of freedom of each ``boundary``, ``elastic`` stiffness there (N/m).
-
-    ``tangents`` lists the tangents of all blocks, which ``update_tangents`` changes and ``factors`` read; loads are
-    condensed to the boundaries. ``law`` is the structure for kernels.
-    """
+    """Deformable blocks of a model: degrees of freedom of each ``boundary``, ``elastic`` stiffness there (N/m)."""
 
     def __init__(self, system: DiscreteSystem, interior_tolerance: float = DEFAULTS.newton.interior_tolerance) -> None:
         model = system.model
@@ -108,10 +104,7 @@ class Superelements:
     def _structure(
         self, shapes: list[BlockShape], rows: FloatArray, loads: FloatArray, particular: FloatArray, tolerance: float
     ) -> DeformableBlocks:
-        """All blocks, as one structure for kernels: matrices once per shape, all other arrays once per block.
-
-        ``rows``: strain-displacement matrices of the zones; ``particular``: interior displacement under the loads.
-        """
+        """All blocks as one structure for kernels: matrices once per shape, other arrays once per block."""
         model, mesh, count = self.model, self.mesh, len(self.block)
         elasticity, strength = block_moduli(model)
         size, boundary, cells = np.array([(len(k.stiffness), len(k.condensed), len(k.cells)) for k in shapes]).T
@@ -189,10 +182,7 @@ class Superelements:
         return np.column_stack((self.mesh.dof_x[own], self.mesh.dof_y[own])).ravel()
 
     def _condense(self, members: IntArray, rows: FloatArray) -> BlockShape:
-        """Condense the interior of blocks of one shape to their boundaries (Guyan 1965).
-
-        Degrees of freedom on the boundary of the block and at supports are kept, and come first.
-        """
+        """Condensed stiffness of blocks of one shape (Guyan 1965); degrees of freedom kept come first."""
         mesh, d = self.mesh, int(members[0])
         zones = slice(mesh.first_zone[d], mesh.first_zone[d + 1])
         cells = cell_gridpoints(mesh.zones)[zones.start // 4 : zones.stop // 4] - mesh.first_gridpoint[d]

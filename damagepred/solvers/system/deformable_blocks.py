@@ -190,10 +190,7 @@ def share_of_mass(model: Model) -> FloatArray:
 
 
 def rigid_motion(model: Model) -> sparse.csr_array:
-    """Return the matrix (3 n, size) from displacements of gridpoints to the mean motion of their blocks.
-
-    Means are by mass; the rotation has the same moment of momentum.
-    """
+    """Matrix (3 n, size) from displacements of gridpoints to the motion of their blocks, by mass and its moment."""
     mesh = _mesh(model)
     block = mesh.gridpoint_block
     share = share_of_mass(model)
@@ -212,10 +209,7 @@ def gridpoint_arms(model: Model) -> tuple[FloatArray, FloatArray]:
 
 
 def resultants(model: Model) -> sparse.csr_array:
-    """Return the matrix (3 n, size) from forces on gridpoints to their resultants on blocks.
-
-    A moment about the centroid is divided by the block's radius of gyration, and so a force.
-    """
+    """Matrix (3 n, size) from forces on gridpoints to resultants, moments over the radius of gyration."""
     arm_x, arm_y = gridpoint_arms(model)
     return _sums_by_block(model, np.ones(arm_x.size), -arm_y, arm_x)
 
@@ -231,10 +225,7 @@ def _sums_by_block(model: Model, along: FloatArray, turn_x: FloatArray, turn_y: 
 
 
 def transformation_matrix(model: Model) -> sparse.csr_array:
-    """Return the matrix T (size, size) from independent displacements to all, u = T u.
-
-    Facets follow their gridpoints, other degrees of freedom themselves; the rigid motion of deformable blocks is zero.
-    """
+    """Matrix T (size, size) from independent displacements to all, u = T u: facets follow their gridpoints."""
     size = model.size
     if model.mesh is None:
         return sparse.eye_array(size, format="csr")

@@ -26,11 +26,7 @@ SINGULAR_RESIDUAL = 1e-3
 
 
 class DiscreteSystem:
-    """Discrete system of a wall; all solvers of a model share its arrays, so copy them before a change.
-
-    Degrees of freedom: three per block, three of the ground, then the degrees of freedom of elastic or deformable
-    blocks.
-    """
+    """Degrees of freedom (3 per block, 3 of the ground, then strains or gridpoints) and arrays that solvers share."""
 
     _in_use: ClassVar[WeakValueDictionary[int, DiscreteSystem]] = WeakValueDictionary()
 

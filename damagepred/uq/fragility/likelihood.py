@@ -139,10 +139,7 @@ def _products(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def _row_log_likelihood(parameters: FloatArray, rows: LinearBounds) -> tuple[FloatArray, ...]:
-    """Log-likelihood of rows (resamples, rows), its derivatives by lower and upper bound, and by pairs of them.
-
-    Of an exact row the derivative of log(1 / dispersion) is left to the caller.
-    """
+    """Log-likelihood of rows (resamples, rows), its derivatives by lower and upper bound, and by pairs of them."""
     a, b = parameters @ rows.below.T, parameters @ rows.above.T
     low, high = np.where(rows.no_below, -np.inf, a), np.where(rows.no_above, np.inf, b)
     exact = rows.exact[None, :]
