@@ -133,7 +133,7 @@ def _with_new_walls(
     if study.design.wall:
         count = int(walls.first[1])
         use = weight[:count] if weight[:count].any() else np.ones(count)
-        mean = cross_entropy_shift(study.design.draw(count).normal, use).mean
+        mean = cross_entropy_shift(study.design.draw(count).normal, use)
         shifts = {key: Proposal(shift=round(float(m), 2)) for key, m in zip(study.design.wall, mean)}
     how = replace(
         study.settings.study,

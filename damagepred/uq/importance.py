@@ -18,7 +18,6 @@ from damagepred.errors import InputError, nearest
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Pure
 from damagepred.uq.correlation import independent_normals, varying
-from damagepred.uq.estimate import effective_samples
 
 
 @described
@@ -83,18 +82,9 @@ def conditional_shift(correlation: FloatArray, places: Sequence[str], given: Map
     return shift
 
 
-class Shift(NamedTuple):
-    """Mean of the walls that count, in standard normals, and its standard error; arrays (variables,)."""
-
-    mean: FloatArray
-    error: FloatArray
-
-
-def cross_entropy_shift(normal: FloatArray, weight: FloatArray) -> Shift:
-    """Mean and standard error of weighted walls in standard normals."""
-    mean = weight @ normal / weight.sum()
-    variance = weight @ (normal - mean) ** 2 / weight.sum()
-    return Shift(mean, np.sqrt(variance / max(effective_samples(weight) - 1.0, 1.0)))
+def cross_entropy_shift(normal: FloatArray, weight: FloatArray) -> FloatArray:
+    """Mean of weighted walls in standard normals, array (variables,)."""
+    return weight @ normal / weight.sum()
 
 
 def check(places: Sequence[str], proposals: Mapping[str, Proposal]) -> None:

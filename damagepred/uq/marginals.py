@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import scipy
@@ -13,27 +13,8 @@ from scipy import special
 
 from damagepred.arrays import FloatArray
 
-
-class Marginal(Protocol):
-    """Interface of a distribution that can be sampled and correlated; every frozen scipy.stats distribution has it."""
-
-    def cdf(self, x: ArrayLike) -> Any:
-        """Probability of at most x."""
-
-    def sf(self, x: ArrayLike) -> Any:
-        """Probability of more than x."""
-
-    def ppf(self, q: ArrayLike) -> Any:
-        """Smallest value whose cdf is at least q."""
-
-    def isf(self, q: ArrayLike) -> Any:
-        """Smallest value whose sf is at most q."""
-
-    def mean(self) -> Any:
-        """Mean."""
-
-    def std(self) -> Any:
-        """Return the standard deviation."""
+Marginal = Any
+"""Distribution with the methods cdf, sf, ppf, isf, mean and std of frozen distributions of scipy.stats."""
 
 
 def from_normal(marginal: Marginal, z: FloatArray) -> FloatArray:
@@ -53,11 +34,6 @@ def breaks(marginal: Marginal) -> FloatArray:
     return marginal.breaks if isinstance(marginal, Table | Mixture) else np.empty(0)
 
 
-def _normal_score(below: FloatArray, above: FloatArray) -> FloatArray:
-    """Z with Phi(z) = below = 1 - above, from whichever of the two is exact."""
-    return np.where(below < 0.5, special.ndtri(below), -special.ndtri(above))
-
-
 class Table:
     """Finitely many values with their probabilities."""
 
@@ -74,7 +50,8 @@ class Table:
     @property
     def breaks(self) -> FloatArray:
         """Standard normals at which the value changes."""
-        return _normal_score(self._below[:-1], self._above[:-1])
+        below, above = self._below[:-1], self._above[:-1]  # each is exact where it is the smaller
+        return np.where(below < 0.5, special.ndtri(below), -special.ndtri(above))
 
     def cdf(self, x: ArrayLike) -> FloatArray:
         """Probability of at most x."""

@@ -152,8 +152,7 @@ def test_weights_are_ratios_of_normal_densities(nominal: float) -> None:
     np.testing.assert_allclose(drawn.weight, stated / (nominal * stated + (1 - nominal) * proposed))
     assert draw(z, factor, "ab", {}).weight.tolist() == [1.0] * 50
     found = cross_entropy_shift(np.array([[0.0], [2.0], [4.0]]), np.array([1.0, 1.0, 2.0]))
-    assert found.mean.tolist() == [2.5]
-    assert found.error[0] == pytest.approx(math.sqrt(2.75 / (16 / 6 - 1)))
+    assert found.tolist() == [2.5]
 
 
 def test_a_table_of_values_has_the_moments_and_quantiles_of_its_weights() -> None:
