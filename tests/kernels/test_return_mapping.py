@@ -24,7 +24,7 @@ from damagepred.kernels.joint.return_mapping import (
 from damagepred.kernels.joint.softening import Softening
 from damagepred.scene import Solver
 from damagepred.solvers.options import ReturnMappingOptions
-from damagepred.solvers.state.joint_history import JointHistory
+from damagepred.solvers.state.wall_state import JointHistory
 from tests.kernels.one_joint import joint_arrays
 
 contact_stresses, joint_forces, update_tresca_bounds = (

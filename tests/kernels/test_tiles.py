@@ -12,7 +12,7 @@ from damagepred.kernels.joint.softening import Softening
 from damagepred.scene import Joint, Solver
 from damagepred.solvers.explicit import scheme as explicit
 from damagepred.solvers.explicit.tiles import LANES, history_of, needs_full_law, pack_joints, put, softening_of, take
-from damagepred.solvers.state.joint_history import JointHistory, fields_of
+from damagepred.solvers.state.wall_state import JointHistory, fields_of
 
 PLAIN = Joint()
 SPECIAL = Joint(dilation=0.3, brittle_shear=True, residual_cohesion=5e4, residual_tensile_strength=2e4)

@@ -19,13 +19,13 @@ from damagepred.kernels.jit import kernel
 from damagepred.kernels.zone.superelement import largest_sum
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
+from damagepred.solvers.driver import least_support_load
 from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import motion_of
 from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
+from damagepred.solvers.state.wall_state import JointHistory, contact_states, without_bond
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, section_lengths, support_loads
-from damagepred.solvers.system.zero_support_load import least_support_load
 from tests.verification.test_energy_accounts import ONE_STEP, drawn_pair, softening_work
 
 SOFT = Joint(

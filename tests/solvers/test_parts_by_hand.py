@@ -28,7 +28,7 @@ from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.residual import JackControl
 from damagepred.solvers.quasi_static.step_control import EnergyControl
-from damagepred.solvers.state.joint_history import JointHistory
+from damagepred.solvers.state.wall_state import JointHistory
 from damagepred.solvers.state.zone_history import zone_results
 from damagepred.solvers.system.collapse_criterion import largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem

@@ -30,8 +30,7 @@ from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequ
 from damagepred.solvers.explicit.tiles import needs_full_law, softening_of
 from damagepred.solvers.options import DEFAULTS, DynamicsOptions
 from damagepred.solvers.state.increment import FootingResults, Increment, MotionResults
-from damagepred.solvers.state.joint_history import JointHistory
-from damagepred.solvers.state.wall_state import State
+from damagepred.solvers.state.wall_state import JointHistory, State
 from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 

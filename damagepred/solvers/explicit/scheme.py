@@ -31,8 +31,7 @@ from damagepred.solvers.explicit.tiles import (
     take,
 )
 from damagepred.solvers.options import SolverOptions
-from damagepred.solvers.state.joint_history import JointHistory, fields_of, without_bond
-from damagepred.solvers.state.wall_state import NO_ZONES, State
+from damagepred.solvers.state.wall_state import NO_ZONES, JointHistory, State, fields_of, without_bond
 from damagepred.solvers.state.zone_history import ZoneField
 from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.discrete_system import DiscreteSystem

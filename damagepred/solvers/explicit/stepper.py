@@ -11,15 +11,14 @@ from damagepred.assembly import Model
 from damagepred.diagnostics import Counters, Residuals
 from damagepred.errors import ConvergenceError
 from damagepred.scene import Solver
-from damagepred.solvers.driver import Bracket, Outcome, follow_movement
+from damagepred.solvers.driver import Bracket, Outcome, follow_movement, least_support_load
 from damagepred.solvers.explicit.scheme import Checkpoint, DampedTimeStepping, is_mechanism, with_lasting_bonds
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.increment import FootingResults, Increment
-from damagepred.solvers.state.joint_history import contact_states, fields_of
+from damagepred.solvers.state.wall_state import contact_states, fields_of
 from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
 from damagepred.solvers.system.loading_stages import activate_deferred_supports, supported_during_load
-from damagepred.solvers.system.zero_support_load import least_support_load
 
 DEFLECTION_TOLERANCE = 1e-7
 """Deflection that may be missing at rest (m)."""

@@ -14,7 +14,7 @@ from damagepred.assembly.section import SectionMemory, Sections
 from damagepred.kernels.explicit.tiles import LANES, aligned_zeros, ground_type, tile_type
 from damagepred.kernels.joint.parameters import JointParameters
 from damagepred.kernels.joint.softening import Softening
-from damagepred.solvers.state.joint_history import JointHistory
+from damagepred.solvers.state.wall_state import JointHistory
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 

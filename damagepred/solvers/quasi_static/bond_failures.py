@@ -12,8 +12,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.kernels.interface.commit import break_in_shear
 from damagepred.solvers.options import ContinuationOptions
-from damagepred.solvers.state.joint_history import JointHistory
-from damagepred.solvers.state.wall_state import State
+from damagepred.solvers.state.wall_state import JointHistory, State
 
 
 class BondFailures:

@@ -27,8 +27,7 @@ from damagepred.solvers.quasi_static.dynamic_relaxation import is_detached, snap
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, Methods
 from damagepred.solvers.quasi_static.step_control import EnergyControl, Point, StepControl
-from damagepred.solvers.state.joint_history import JointHistory, without_bond
-from damagepred.solvers.state.wall_state import State
+from damagepred.solvers.state.wall_state import JointHistory, State, without_bond
 from damagepred.solvers.system.footing_forces import set_linear_stresses
 from damagepred.solvers.system.loading_stages import unilateral_supports
 

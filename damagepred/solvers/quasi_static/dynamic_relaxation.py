@@ -19,8 +19,7 @@ from damagepred.scene import Solver
 from damagepred.solvers.explicit.scheme import DampedTimeStepping, is_mechanism, with_lasting_bonds
 from damagepred.solvers.options import DEFAULTS, DynamicRelaxationOptions, SolverOptions
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
-from damagepred.solvers.state.joint_history import JointHistory, fields_of
-from damagepred.solvers.state.wall_state import State
+from damagepred.solvers.state.wall_state import JointHistory, State, fields_of
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, detached_blocks
 from damagepred.solvers.system.loading_stages import unilateral_supports
 

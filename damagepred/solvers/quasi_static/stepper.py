@@ -12,14 +12,13 @@ from damagepred.diagnostics import Counters, Residuals
 from damagepred.errors import ConvergenceError, SolverError, TimeLimitError
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Solver
-from damagepred.solvers.driver import Bracket, Outcome, follow_movement
+from damagepred.solvers.driver import Bracket, Outcome, follow_movement, least_support_load
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.quasi_static.continuation import Checkpoint, Continuation
 from damagepred.solvers.quasi_static.dynamic_relaxation import residual_in_motion
 from damagepred.solvers.state.increment import FootingResults, Increment, PathEnd
-from damagepred.solvers.state.joint_history import contact_states
-from damagepred.solvers.state.wall_state import State
+from damagepred.solvers.state.wall_state import State, contact_states
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, detached_blocks
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.loading_stages import (
@@ -28,7 +27,6 @@ from damagepred.solvers.system.loading_stages import (
     supported_during_load,
     unilateral_supports,
 )
-from damagepred.solvers.system.zero_support_load import least_support_load
 
 ZERO_LOAD_RATIO = 1e-7
 """Share of the dead load below which a support counts as unloaded where a path ends (1)."""

@@ -1,15 +1,84 @@
-"""State of a wall on a static load path."""
+"""State of a wall on a static load path: displacements, loads, and the history of its joints."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
-from damagepred.arrays import FloatArray, Int8Array
+from damagepred.arrays import BoolArray, FloatArray, Int8Array
 from damagepred.assembly import Model
 from damagepred.assembly.section import SectionMemory
-from damagepred.solvers.state.joint_history import JointHistory
+from damagepred.enumerations import ContactKind, ContactState
+from damagepred.kernels.interface.contact import contact_fields
+
+
+class JointHistory(NamedTuple):
+    """History variables of the contacts, arrays (m, q)."""
+
+    slip: FloatArray  # plastic (m)
+    dilatant_opening: FloatArray  # by dilation less crushing (m)
+    cracked: BoolArray  # tensile strength passed, or bond broken by slip
+    # softening joints: largest equivalent opening (m), 0 while intact, at least the critical opening after failure by
+    # slip (infinite in the quasi-static solver); brittle joints: 0, infinite where the quasi-static solver opens them
+    kappa: FloatArray
+
+    @classmethod
+    def fresh(cls, model: Model) -> JointHistory:
+        """History at the start; a joint with a gap counts as crushed by the gap, and cracked."""
+        shape = model.interfaces.contact_area.shape
+        gap = np.broadcast_to(model.properties.gap[:, None], shape)
+        return cls(np.zeros(shape), 0.0 - gap, gap > 0.0, np.zeros(shape))
+
+    def copy(self, plain: bool = False) -> JointHistory:
+        """Copy that may be changed."""
+        dilatant_opening = self.dilatant_opening if plain else self.dilatant_opening.copy()
+        return JointHistory(self.slip.copy(), dilatant_opening, self.cracked.copy(), self.kappa.copy())
+
+
+def without_bond(model: Model) -> BoolArray:
+    """Whether interfaces (m,) have no bond: no tensile strength, and a shear strength that does not drop."""
+    law = model.properties
+    bare = (law.tensile_strength <= 0) & (law.cohesion == law.residual_cohesion)
+    return np.asarray(bare & (law.friction == law.residual_friction) | (law.gap > 0.0))
+
+
+class ContactFields(NamedTuple):
+    """Contacts at a displacement of the blocks, arrays (m, q)."""
+
+    opening: FloatArray  # (m)
+    shear: FloatArray  # (m)
+    normal_stress: FloatArray  # tension positive (Pa)
+    shear_stress: FloatArray  # (Pa)
+    history: JointHistory  # updated by the joint law at the displacement
+
+
+def fields_of(model: Model, history: JointHistory, displacement: FloatArray, load_factor: float) -> ContactFields:
+    """Contact fields at a displacement of the blocks."""
+    opening, shear, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(4))
+    after = history.copy()
+    contact_fields(
+        model.interface_records,
+        model.joint_parameters,
+        model.ground.at(load_factor),
+        after,
+        displacement,
+        opening,
+        shear,
+        sigma,
+        tau,
+    )
+    return ContactFields(opening=opening, shear=shear, normal_stress=sigma, shear_stress=tau, history=after)
+
+
+def contact_states(model: Model, history: JointHistory) -> Int8Array:
+    """``ContactState`` of each contact; a control joint, which has no bond, is always intact."""
+    states: Int8Array = (history.slip != 0.0) * np.int8(ContactState.SLIPPING)
+    states[history.cracked] = ContactState.CRACKED
+    states[model.interfaces.kind == ContactKind.CONTROL_JOINT] = ContactState.INTACT
+    return states
+
 
 Point = tuple[float, float]
 """Load and load factor."""
