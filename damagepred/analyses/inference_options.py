@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from damagepred.scene.described import documented
+from damagepred.inputs.documentation import documented
 
 
 @documented

@@ -11,8 +11,8 @@ from damagepred.assembly.properties import no_tension_joint
 from damagepred.errors import InputError
 from damagepred.formatting import duration
 from damagepred.inputs.arguments import checked
+from damagepred.inputs.documentation import documented
 from damagepred.scene import House, Scene
-from damagepred.scene.described import documented
 
 BLOCK_MEMORY, CONTACT_MEMORY, ZONE_MEMORY = 2e4, 200.0, 500.0
 """Memory of a block, contact and zone while a wall is solved (bytes)."""

@@ -14,9 +14,9 @@ from damagepred.assembly.elastic_blocks import ElasticBlocks, ElasticSides
 from damagepred.assembly.joint_creep import JointCreep
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.section import Sections
+from damagepred.inputs.documentation import documented
 from damagepred.kernels.interface.kinematics import EDGE
 from damagepred.kernels.joint.parameters import joint_parameters
-from damagepred.scene.described import documented
 from damagepred.scene.movement_stage import History
 
 

@@ -31,10 +31,11 @@ from damagepred.campaign.workers import LocalPool
 from damagepred.enumerations import UNSOLVED, SampleStatus
 from damagepred.errors import ArchiveWarning, InputError, StudyError, require_count
 from damagepred.inputs.arguments import checked
+from damagepred.inputs.documentation import documented
 from damagepred.runtime.numpy_defaults import numpy_defaults
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
-from damagepred.scene.described import documented, plain
+from damagepred.scene.described import plain
 from damagepred.solvers.options import SolverOptions
 
 MOST_VALUES = 25_000_000  # limit of the values of joints in a design (200 MB); they follow from the seed

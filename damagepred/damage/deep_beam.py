@@ -26,17 +26,14 @@ from damagepred.arrays import FloatArray
 from damagepred.enumerations import SYNONYMS
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
+from damagepred.inputs.documentation import documented
 
 Kind = Literal["dishing", "doming"]
 
 
+@documented
 class BeamStrain(NamedTuple):
     """Largest tensile strains of the beam, each of the shape that its inputs broadcast to.
-
-    Attributes
-    ----------
-    bending, diagonal : array
-        At the edge and along the diagonal (1), the horizontal strain of the ground included.
 
     Examples
     --------
@@ -48,6 +45,7 @@ class BeamStrain(NamedTuple):
 
     bending: FloatArray
     diagonal: FloatArray
+    """At the edge and along the diagonal (1), the horizontal strain of the ground included."""
 
     @property
     def largest(self) -> FloatArray:

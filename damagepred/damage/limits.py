@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from damagepred.arrays import FloatArray, Int8Array
 from damagepred.inputs.data_files import data_tables
+from damagepred.inputs.documentation import documented
 
 ROUNDING = 1e-9
 """Relative rounding of values at a limit (1)."""
@@ -31,16 +32,10 @@ def highest_level(levels: Iterable[Int8Array]) -> Int8Array:
     return np.where((every < 0).any(axis=0), -1, every.max(axis=0)).astype(np.int8)
 
 
+@documented
 @dataclass(frozen=True)
 class StrainTable:
     """Categories of damage by tensile strain.
-
-    Attributes
-    ----------
-    name, source, confidence : str
-        Source of the limits, and the level of confidence.
-    limits : tuple of float
-        Largest strain of category 0, 1, ... (1); a strain equal to a limit belongs to the lower category.
 
     Examples
     --------
@@ -52,33 +47,19 @@ class StrainTable:
     name: str
     source: str
     confidence: str
+    """Source of the limits, and the level of confidence."""
     limits: tuple[float, ...]
+    """Largest strain of category 0, 1, ... (1); a strain equal to a limit belongs to the lower category."""
 
     def by_strain(self, strain: ArrayLike) -> Int8Array:
         """Category of a tensile strain (1), element by element; -1 where it is NaN."""
         return level_of(strain, self.limits, limit_is_below=True)
 
 
+@documented
 @dataclass(frozen=True)
 class MovementLimit:
     """Limit of a movement of the ground under a wall.
-
-    Attributes
-    ----------
-    author, about : str
-        Author, and the damage above the limit.
-    measure : {"angular_distortion", "deflection_ratio"}
-        Measure of the ground under the wall.
-    one_in : tuple of float
-        Reciprocal of the limit (1), at each length over height.
-    length_over_height : tuple of float
-        Length over height (1); empty if the limit is constant.
-    kind : str or None
-        Movement, dishing or doming; None: both.
-    deflection : float or None
-        Additional limit of the central deflection (m).
-    confidence : str
-        Level of confidence (``data_files.CONFIDENCE``).
 
     Examples
     --------
@@ -90,12 +71,19 @@ class MovementLimit:
 
     author: str
     about: str
+    """Author, and the damage above the limit."""
     measure: str
+    """Measure of the ground under the wall."""
     one_in: tuple[float, ...]
+    """Reciprocal of the limit (1), at each length over height."""
     length_over_height: tuple[float, ...] = ()
+    """Length over height (1); empty if the limit is constant."""
     kind: str | None = None
+    """Movement, dishing or doming; None: both."""
     deflection: float | None = None
+    """Additional limit of the central deflection (m)."""
     confidence: str = "assumed"
+    """Level of confidence (``data_files.CONFIDENCE``)."""
 
     def value(self, length: float, height: float) -> float:
         """Limit (1) for a wall of given size (m).

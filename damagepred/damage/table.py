@@ -18,6 +18,7 @@ from damagepred.damage.limits import highest_level, level_of
 from damagepred.errors import InputError, nearest, require_count, require_number
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.data_files import data_file
+from damagepred.inputs.documentation import documented
 from damagepred.inputs.input_files import read_toml
 from damagepred.inputs.text import category_names, check_title
 
@@ -35,29 +36,10 @@ VISIBLE = 1e-4
 """Smallest width of a crack that own states count (m): the first limit of the damage tables."""
 
 
+@documented
 @dataclass(frozen=True)
 class DamageTable:
     """Categories of damage by crack width.
-
-    Attributes
-    ----------
-    name, source, confidence : str
-        Source of the limits, and the level of confidence (``data_files.CONFIDENCE``).
-    category_names : tuple of str
-        Names of category 0, 1, ...
-    limits : tuple of float
-        Smallest crack width of category 1, 2, ... (m); a width equal to a limit belongs to the higher category.
-    group_category : int
-        Least category of a group of wide cracks.
-    group_width : float
-        Smallest width of a crack in a group (m).
-    plasterboard_factor : float or None
-        Factor on all widths behind plasterboard, if the table has this allowance.
-    measures : tuple of (str, tuple of float)
-        For own states: measures of ``OWN_MEASURES``, and the smallest value of state 1, 2, ...; infinite where no state
-        has one. Then groups of cracks do not count.
-    function : str or None
-        Function of the measure ``value``, as ``module:function``.
 
     Examples
     --------
@@ -70,13 +52,22 @@ class DamageTable:
     name: str
     source: str
     confidence: str
+    """Source of the limits, and the level of confidence (``data_files.CONFIDENCE``)."""
     category_names: tuple[str, ...]
+    """Names of category 0, 1, ..."""
     limits: tuple[float, ...]
+    """Smallest crack width of category 1, 2, ... (m); a width equal to a limit belongs to the higher category."""
     group_category: int
+    """Least category of a group of wide cracks."""
     group_width: float
+    """Smallest width of a crack in a group (m)."""
     plasterboard_factor: float | None
+    """Factor on all widths behind plasterboard, if the table has this allowance."""
     measures: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    """For own states: measures of ``OWN_MEASURES``, and the smallest value of state 1, 2, ...; infinite where no state
+    has one. Then groups of cracks do not count."""
     function: str | None = None
+    """Function of the measure ``value``, as ``module:function``."""
 
     @property
     def rules(self) -> tuple[Any, ...]:

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import ast
 import dataclasses
-import inspect
-import re
-import textwrap
 from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import Any, TypeVar, dataclass_transform, get_args, get_origin
@@ -15,6 +11,7 @@ from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass as _pydantic_dataclass
 
 from damagepred.errors import InputError, likely_unit, nearest, shown
+from damagepred.inputs.documentation import documented
 from damagepred.scene.material_library import with_removals
 from damagepred.scene.quantity import Quantity
 
@@ -47,40 +44,6 @@ def described(cls: type[T]) -> type[T]:
     number = len(dataclasses.fields(made))
     made.__init__ = init
     return documented(made)
-
-
-def documented(cls: type[T]) -> type[T]:
-    """Class whose docstring, in ``help``, has a section of its fields, each with the string below it."""
-    cls.__doc__ = _Documentation(cls.__doc__ or "")  # type: ignore[assignment]
-    return cls
-
-
-class _Documentation:
-    """Docstring with a section of fields, read from the source on demand."""
-
-    def __init__(self, text: str) -> None:
-        self.text = inspect.cleandoc(text)
-
-    def __get__(self, _: Any, kind: type) -> str:
-        if "\nAttributes\n---" in self.text:
-            return self.text
-        try:
-            (body,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
-        except (OSError, TypeError):  # a class without a source file
-            return self.text
-        entries, together, types = [], [], []
-        for node in getattr(body, "body", ()):
-            if isinstance(node, ast.AnnAssign):
-                together.append(ast.unparse(node.target))
-                types.append(ast.unparse(node.annotation))
-            elif together and isinstance(node, ast.Expr):  # of all fields above it that have none
-                meaning = inspect.cleandoc(ast.literal_eval(node.value))
-                names = f"{', '.join(together)} : {', '.join(dict.fromkeys(types))}"
-                entries.append(f"{names}\n{textwrap.indent(meaning, '    ')}\n")
-                together, types = [], []
-        summary, *others = re.split(r"\n(?=\w+\n---)", self.text)
-        attributes = ["Attributes\n----------\n" + "".join(entries)] if entries else []
-        return "\n".join([summary.rstrip() + "\n", *attributes, *others])
 
 
 def require_name(item: Any, what: str, example: str) -> None:

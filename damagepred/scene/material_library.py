@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.data_files import data_file
+from damagepred.inputs.documentation import documented
 
 REMOVED = "none"  # word of a scene that takes away a value or table of its material
 OPTIONAL = {
@@ -28,17 +29,9 @@ class MaterialValue(NamedTuple):
     cov_confidence: str
 
 
+@documented
 class Material(NamedTuple):
     """Masonry of the library.
-
-    Attributes
-    ----------
-    name, description, calibrated_on, source : str
-        In words; ``calibrated_on`` is the test that the values fit together.
-    values : dict of str to MaterialValue
-        By their place in the scene, such as "joint.cohesion".
-    correlation : dict of (str, str) to float
-        Between the values of two places.
 
     Examples
     --------
@@ -52,8 +45,11 @@ class Material(NamedTuple):
     description: str
     calibrated_on: str
     source: str
+    """In words; ``calibrated_on`` is the test that the values fit together."""
     values: dict[str, MaterialValue]
+    """By their place in the scene, such as "joint.cohesion"."""
     correlation: dict[tuple[str, str], float]
+    """Between the values of two places."""
 
 
 @lru_cache(maxsize=1)

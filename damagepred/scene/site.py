@@ -11,7 +11,7 @@ from typing import Any
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.data_files import data_file
-from damagepred.scene.described import documented
+from damagepred.inputs.documentation import documented
 
 
 @documented
