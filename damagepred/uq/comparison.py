@@ -108,7 +108,9 @@ def compare(
             for s, (each, at_movement) in enumerate(zip(walls, followed)):
                 unknown[s, k, m] = int(censored_before(each.lower, each.upper, movement.largest).sum())
                 answer = _Answer.of(each, at_movement, confidence)
-                both = _in_common(walls[0], each) if same[s] else (walls[0], each)
+                both = walls[0], each
+                if same[s]:  # samples that both have: an unfinished study has fewer
+                    both = tuple(a.part(np.isin(a.sample, b.sample)) for a, b in (both, both[::-1]))
                 before, after = (_Answer.of(part, at, confidence) for part, at in zip(both, (followed[0], at_movement)))
                 difference = _difference(before, after, confidence, same[s])
                 for kind, estimate in zip(COUNTED, (answer.estimate, difference)):
@@ -174,13 +176,6 @@ def _same_samples(reference: xr.Dataset, ds: xr.Dataset) -> bool:
     return bool(inputs) and all(
         np.array_equal(reference[name].values[:count], ds[name].values[:count], equal_nan=True) for name in inputs
     )
-
-
-def _in_common(
-    first: exceedance.CategoryCapacities, second: exceedance.CategoryCapacities
-) -> tuple[exceedance.CategoryCapacities, exceedance.CategoryCapacities]:
-    """The walls of both studies that have the same samples, such as those an unfinished study has solved."""
-    return first.part(np.isin(first.sample, second.sample)), second.part(np.isin(second.sample, first.sample))
 
 
 class _Answer(NamedTuple):

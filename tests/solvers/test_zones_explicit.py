@@ -15,13 +15,13 @@ from damagepred.solvers.explicit.stepper import ExplicitStepper
 from damagepred.solvers.state.zone_history import ZoneField
 from damagepred.solvers.system.deformable_blocks import (
     facets_of,
-    gridpoint_mass,
     rigid_motion,
     transformation_matrix,
     zone_stiffness,
 )
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.assembly import reference
+from tests.solvers.walls import gridpoint_mass
 
 EXPLICIT = Solver(method="explicit", tolerance=1e-6, symmetric_half=False)
 

@@ -1,5 +1,7 @@
 """Walls small enough for a test."""
 
+import numpy as np
+
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
@@ -12,6 +14,14 @@ def stack(count: int, solver: Solver, thickness: float = 0.11) -> Model:
         tower.add_block(rectangle(0.0, 0.075 * i, 0.24, 0.075 * (i + 1)), course=i)
     tower.rest_on_ground([0])
     return tower.build(solver)
+
+
+def gridpoint_mass(model: Model) -> np.ndarray:
+    """Mass of the gridpoints (g,) (kg): a third of each zone's that meets there (paper, after Eq. 7)."""
+    mesh, law = model.mesh, model.block_law
+    assert mesh is not None
+    third = mesh.zone_area * law.thickness[mesh.zone_block] * model.density[mesh.zone_block] / 3.0
+    return np.bincount(mesh.zones.ravel(), np.repeat(third, 3), mesh.x.size)
 
 
 def small_scene(window_at: float | None = None, movement: Movement | None = None, **solver: float) -> Scene:

@@ -15,9 +15,9 @@ from damagepred.one_wall.judged_path import dynamic_run, model_of
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance
 from damagepred.solvers.dynamics.run import DynamicRun
 from damagepred.solvers.dynamics.strains import strain_mass
-from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.solvers.dynamic_scenes import THICKNESS, momentum, turned
+from tests.solvers.walls import gridpoint_mass
 from tests.verification.manual import Verify, chapter
 
 pytestmark = pytest.mark.quick_cases()

@@ -10,8 +10,8 @@ from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
-from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.discrete_system import DiscreteSystem
+from tests.solvers.walls import gridpoint_mass
 from tests.verification.manual import Verify, chapter
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, order
 

@@ -138,9 +138,11 @@ class DynamicRun:
         return self.output * self.timing.interval
 
     def load_factor(self, time: FloatArray) -> FloatArray:
-        """Load factor of the movement at times (s)."""
-        whole = self.dynamics.movement_time
-        return np.zeros_like(time) if whole is None else quintic_step(np.clip(time / whole, 0.0, 1.0))
+        """Load factor of the movement at times (s): quintic, with zero speed and acceleration at both ends."""
+        if self.dynamics.movement_time is None:
+            return np.zeros_like(time)
+        share = np.clip(time / self.dynamics.movement_time, 0.0, 1.0)
+        return np.asarray(share**3 * (10.0 - 15.0 * share + 6.0 * share**2))
 
     def __iter__(self) -> Iterator[Increment]:
         """Yield the state at the start and after each interval."""
@@ -326,11 +328,6 @@ def impacts(dynamics: Dynamics) -> str:
         return f"damped: dynamics.contact_damping = {share:g} of critical"
     more = "" if dynamics.damping == "none" else f", except by damping = '{dynamics.damping}'"
     return f"elastic: no energy is lost where blocks strike (dynamics.contact_damping = 0){more}"
-
-
-def quintic_step(share: FloatArray) -> FloatArray:
-    """Quintic rise from 0 to 1 with zero speed and acceleration at both ends."""
-    return np.asarray(share**3 * (10.0 - 15.0 * share + 6.0 * share**2))
 
 
 def _ground_rate(model: Model) -> Imposed:

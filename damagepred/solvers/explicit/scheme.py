@@ -196,7 +196,8 @@ class DampedTimeStepping:
         since, before = self.cycles, self.motion.displacement.copy()
         for stage in range(stages):
             count = cycles * (stage + 1) // stages - cycles * stage // stages
-            reached = smooth_step((stage + 1) / stages)
+            share = (stage + 1) / stages
+            reached = share * share * (3.0 - 2.0 * share)  # zero slope at either end
             load_factor = load_factor_from + reached * (load_factor_to - load_factor_from)
             load = load_from + reached * (load_to - load_from)
             if self.pump is not None:
@@ -294,11 +295,6 @@ class DampedTimeStepping:
             increment=increment,
             block=block,
         )
-
-
-def smooth_step(share: float) -> float:
-    """Cubic from 0 to 1 with zero slope at either end."""
-    return share * share * (3.0 - 2.0 * share)
 
 
 CYCLES_PER_HALF_ROUND = 250

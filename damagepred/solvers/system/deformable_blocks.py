@@ -173,14 +173,6 @@ def at_gridpoints(model: Model, values: FloatArray) -> FloatArray:
     return np.column_stack((values[mesh.dof_x], values[mesh.dof_y]))
 
 
-def gridpoint_mass(model: Model) -> FloatArray:
-    """Return the mass of the gridpoints (g,) (kg): a third of each zone's that meets there (paper, after Eq. 7)."""
-    mesh = _mesh(model)
-    block = mesh.zone_block
-    third = mesh.zone_area * model.block_law.thickness[block] * model.density[block] / 3.0
-    return np.asarray(np.bincount(mesh.zones.ravel(), np.repeat(third, 3), mesh.x.size))
-
-
 def share_of_mass(model: Model) -> FloatArray:
     """Return the share of each gridpoint (g,) in the mass of its block, also where the density is zero."""
     mesh = _mesh(model)
