@@ -110,7 +110,8 @@ def compare(
                 answer = _Answer.of(each, at_movement, confidence)
                 both = walls[0], each
                 if same[s]:  # samples that both have: an unfinished study has fewer
-                    both = tuple(a.part(np.isin(a.sample, b.sample)) for a, b in (both, both[::-1]))
+                    common = np.intersect1d(walls[0].sample, each.sample)
+                    both = walls[0].part(np.isin(walls[0].sample, common)), each.part(np.isin(each.sample, common))
                 before, after = (_Answer.of(part, at, confidence) for part, at in zip(both, (followed[0], at_movement)))
                 difference = _difference(before, after, confidence, same[s])
                 for kind, estimate in zip(COUNTED, (answer.estimate, difference)):
