@@ -8,12 +8,11 @@ from damagepred.scene.material_library import Material, masonry_library
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, HeadJointFactors, Joint, Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement
-from damagepred.scene.movement_stage import Stage
+from damagepred.scene.movement_stage import Seasons, SeasonStep, Stage
 from damagepred.scene.plan import Corner, PlanWall
 from damagepred.scene.plan_ground import GroundSource, PlanMound
 from damagepred.scene.rig import Rig
 from damagepred.scene.scene import Scene
-from damagepred.scene.seasons import Seasons, SeasonStep
 from damagepred.scene.settings import Damage, DamageState, Report, Solver
 from damagepred.scene.site import (
     SiteClass,

@@ -16,9 +16,8 @@ from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, require_count
 from damagepred.scene.described import described
 from damagepred.scene.footing_profile import arc, require_positions, three_loads, through_points
-from damagepred.scene.movement_stage import OPPOSITE, UP, History, Kind, Stage, largest_size, sizes
+from damagepred.scene.movement_stage import OPPOSITE, UP, History, Kind, Seasons, Stage, largest_size, sizes
 from damagepred.scene.quantity import Count, Length, Pure
-from damagepred.scene.seasons import Seasons
 from damagepred.scene.settlement import (
     LEAST_IN_MIDDLE,
     POINTS,

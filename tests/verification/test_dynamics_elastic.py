@@ -12,9 +12,9 @@ from damagepred import Assembly, BlockMaterial, Dynamics, Joint, Scene, Solver, 
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError
 from damagepred.one_wall.judged_path import dynamic_run, model_of
+from damagepred.solvers.dynamics.body_motion import strain_mass
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance
 from damagepred.solvers.dynamics.run import DynamicRun
-from damagepred.solvers.dynamics.strains import strain_mass
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.solvers.dynamic_scenes import THICKNESS, momentum, turned
 from tests.solvers.walls import gridpoint_mass

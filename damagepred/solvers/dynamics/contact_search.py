@@ -9,8 +9,7 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.kernels.dynamics.contact import find_neighbours
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
-from damagepred.solvers.dynamics.body_motion import Motion
-from damagepred.solvers.dynamics.strains import BlockStrains
+from damagepred.solvers.dynamics.body_motion import BlockStrains, Motion
 
 
 class NeighbourList(NamedTuple):

@@ -19,8 +19,7 @@ from damagepred.diagnostics import Energies
 from damagepred.kernels.dynamics.contact import DASHPOT, FRACTURE, FRICTION, RELEASED
 from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING, LIVE
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
-from damagepred.solvers.dynamics.body_motion import Motion, base_velocity, mass_of, moving_parts
-from damagepred.solvers.dynamics.strains import BlockStrains
+from damagepred.solvers.dynamics.body_motion import BlockStrains, Motion, base_velocity, mass_of, moving_parts
 
 
 class EnergyTerms(NamedTuple):

@@ -22,10 +22,16 @@ from damagepred.scene import Solver
 from damagepred.scene.dynamics import Dynamics
 from damagepred.solvers.dynamics.base_motion import base_displacement
 from damagepred.solvers.dynamics.body_arrays import body_arrays
-from damagepred.solvers.dynamics.body_motion import base_velocity, mass_of, motion_of, moving_parts, update_poses
+from damagepred.solvers.dynamics.body_motion import (
+    base_velocity,
+    block_strains,
+    mass_of,
+    motion_of,
+    moving_parts,
+    update_poses,
+)
 from damagepred.solvers.dynamics.contact_search import NeighbourSearch, world_coordinates
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance, EnergyTerms
-from damagepred.solvers.dynamics.strains import block_strains
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
 from damagepred.solvers.explicit.tiles import needs_full_law, softening_of
 from damagepred.solvers.options import DEFAULTS, DynamicsOptions

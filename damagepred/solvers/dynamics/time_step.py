@@ -13,7 +13,7 @@ from damagepred.assembly import Model
 from damagepred.kernels.dynamics.contact import BONDED
 from damagepred.scene import Dynamics
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
-from damagepred.solvers.dynamics.strains import BlockStrains, along_and_outwards
+from damagepred.solvers.dynamics.body_motion import BlockStrains, along_and_outwards
 from damagepred.solvers.options import DynamicsOptions
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
