@@ -9,6 +9,7 @@ from damagepred.uq.capacity import Capacities, capacities, read_capacities
 from damagepred.uq.fragility.curves import fit_fragility
 from damagepred.uq.fragility.estimators import fit_lognormal
 from damagepred.uq.fragility.fit import Fit, FragilityOptions, normalised_weights
+from damagepred.uq.fragility.stripes import stripes_from_counts
 from damagepred.uq.fragility.surface import fit_surface
 from damagepred.uq.fragility.turnbull import turnbull
 from damagepred.uq.intensity import MEASURES, movement_measure
@@ -25,5 +26,6 @@ __all__ = [
     "movement_measure",
     "normalised_weights",
     "read_capacities",
+    "stripes_from_counts",
     "turnbull",
 ]
