@@ -13,9 +13,8 @@ from damagepred.errors import InputError
 from damagepred.scene.described import build
 from damagepred.uq.design import Design
 from damagepred.uq.exceedance import exceedance
-from damagepred.uq.marginals import Mixture, Table, from_normal
+from damagepred.uq.marginals import JointQuantile, Mixture, Table, from_normal
 from damagepred.uq.movement_distribution import movement_distribution
-from damagepred.uq.marginals import JointQuantile
 from damagepred.uq.variable import JointField, Variable
 
 PLACE = "joint.cohesion"

@@ -22,7 +22,7 @@ from damagepred.damage import beam_strain
 from damagepred.enumerations import SampleStatus
 from damagepred.inputs.input_files import read_toml
 from damagepred.scene import Scene
-from damagepred.scene.reading import build
+from damagepred.scene.described import build
 from damagepred.uq.samplers import unit_points
 from studies.benchmarks.probabilities import errors, summary, walls
 from studies.guidance import run as guidance
