@@ -54,7 +54,7 @@ scales house.nc
 scales house.dp --plot scales.png
 cracks house.nc --csv cracks.csv
 fragility house.dp {FIT} --full --plot curves.png -o curves.nc --csv curves.csv
-fragility house.dp --wall front {FIT} --export pelicun --extrapolated
+fragility house.dp --wall front {FIT} --categories 1 --export pelicun --extrapolated
 fragility house.dp {FIT} --categories 1 --against mound.reach --plot surface.png
 compare house.dp again.dp --category 1 --at 40mm --wall front --plot comparison.png
 sensitivity house.dp --category 1 --plot shares.png
@@ -63,17 +63,17 @@ export curves.nc curves
 export curves.nc openquake --categories 1 --extrapolated
 infer house.dp survey.toml -o posterior.nc --plot posterior.png
 report house.nc
-report house.dp again.dp --bootstrap 10 --posterior posterior.nc
+report house.dp --bootstrap 10
 design choices.toml --plot design.png
 portfolio street.csv house.toml -n 2 --table street_out.csv --plot street.png
-rare house.toml --category 2 --at 40mm -n 10 --runs 1 --level-share 0.5
 """
 
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("houses")
-    (folder / "house.toml").write_text(HOUSE.replace("increments = 2", "increments = 4"))
+    study = HOUSE.replace("increments = 2", "increments = 6").replace("lower = 1.5, upper", "lower = 0.8, upper")
+    (folder / "house.toml").write_text(study)
     (folder / "survey.toml").write_text(SURVEY)
     (folder / "choices.toml").write_text(CHOICES)
     (folder / "street.csv").write_text("name;wall.side.height (m);at\nA;0.3;40 mm\nB;0.45;40 mm\n")
