@@ -144,9 +144,7 @@ def test_halves_that_hold_cost_little_more_than_whole_bricks(blocks: str) -> Non
 
 
 @pytest.mark.parametrize(("mode", "share", "cuts"), [("all", 0.9, 0), ("all", 1.1, 1), ("none", 0.9, 1)])
-def test_beyond_a_jump_an_overloaded_middle_fails_without_shorter_steps(
-    mode: Literal["all", "none"], share: float, cuts: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_beyond_a_jump_an_overloaded_middle_fails_without_shorter_steps(mode, share, cuts, monkeypatch) -> None:
     """Each shorter step would seek the equilibrium before the jump in vain, and relax the wall once more."""
     scene = replace(HOGGING, wall=Wall(length=0.96, height=0.3, thickness=0.1), solver=Solver(brick_cracks=mode))
     path = Continuation(assembly.wall_model(scene), scene.solver)

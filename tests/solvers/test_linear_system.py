@@ -190,9 +190,7 @@ def assert_same(one: FloatArray, other: FloatArray, share: float = 1e-8) -> None
     np.testing.assert_allclose(one, other, rtol=0, atol=share * float(np.abs(other).max()))
 
 
-def assert_balanced(
-    equations: MultifrontalSystem, stiffness: FloatArray, displacement: FloatArray, load: FloatArray
-) -> None:
+def assert_balanced(equations, stiffness, displacement, load) -> None:
     """Condensed fronts are in balance, without regularisation."""
     force = assembled(equations.model, stiffness) @ displacement - load
     condensed = np.setdiff1d(DiscreteSystem.of(equations.model).free_dofs, equations.active.dofs)

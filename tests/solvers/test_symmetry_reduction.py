@@ -86,9 +86,7 @@ def assert_near(one: np.ndarray, other: np.ndarray, share: float, least: float =
     np.testing.assert_allclose(one, other, rtol=0, atol=max(share * float(np.abs(other).max()), least))
 
 
-def compare(
-    model: Model, settings: Solver, increments: int, displacement: float, stress: float
-) -> list[tuple[Increment, Increment]]:
+def compare(model, settings, increments, displacement, stress):
     """Follow both ways; they agree up to those shares of the largest values."""
     assert reduce_by_symmetry(model) is not None
     pairs = list(

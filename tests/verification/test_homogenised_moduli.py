@@ -153,9 +153,7 @@ def exact_moduli(b: float, h: float, stiffness: tuple[float, float], bond: str) 
     energy = np.zeros((count + 3, count + 3))
     energy[:count, :count] = np.einsum("kip,kl,ljp,p->ij", strain, law, strain, weight, optimize=True)
 
-    def add_joint(
-        here: tuple[float, float], there: tuple[float, float], lattice: tuple[float, float], w: float
-    ) -> None:
+    def add_joint(here, there, lattice, w) -> None:
         difference = shapes(*map(np.array, there)) - shapes(*map(np.array, here))
         still = np.zeros_like(difference)
         x, y = lattice

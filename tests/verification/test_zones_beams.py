@@ -11,7 +11,7 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.points import Where
-from tests.verification.manual import ClosedForm, Verify, chapter
+from tests.verification.manual import Verify, chapter
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, centres, moduli, order, solved, zones_of
 
 pytestmark = pytest.mark.quick_cases("solver")
@@ -115,17 +115,7 @@ def errors(beam: Beam, assembly: Assembly, solver: Solver, plane: str) -> tuple[
     return np.stack((zones.displacement, exact)), float(off), float(np.sqrt(wrong) / np.abs(stress).max())
 
 
-def converge(
-    verify: Verify,
-    form: ClosedForm,
-    name: str,
-    solver: Solver,
-    plane: str,
-    beam: Beam,
-    build: Callable[[float], Assembly],
-    height: float,
-    tip: tuple[float, float],
-) -> None:
+def converge(verify, form, name, solver, plane, beam, build, height, tip) -> None:
     """Compare on three meshes, and the orders."""
     sizes, moved, stressed = [height / n for n in (2, 4, 8)], [], []
     for size in sizes:

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from damagepred import Assembly, BlockMaterial, Joint, Solver
-from damagepred.arrays import FloatArray
+from damagepred import Assembly, Joint, Solver
 from damagepred.assembly.assembly import rectangle
 from tests.verification.manual import Verify, chapter
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, solved, zones_of
@@ -94,9 +93,7 @@ def test_a_joint_opens_under_a_deformable_block(verify: Verify, solver: Solver, 
     )
 
 
-def beam_on_bed(
-    x: FloatArray, material: BlockMaterial, height: float, thickness: float, k: float, strip: float, load: float
-) -> FloatArray:
+def beam_on_bed(x, material, height, thickness, k, strip, load):
     """Return the settlement (m) of an endless Timoshenko beam under a load (N) spread over a strip."""
     nu = material.poisson_ratio
     bending = material.elastic_modulus * thickness * height**3 / 12
