@@ -105,7 +105,8 @@ def test_what_varies_is_named_and_limits_without_entries_are_left_out(tmp_path: 
     folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 30))
     page, settings = study_page(folder, "today", replay=False, bootstrap=10), read_frozen(folder.study_text())
     assert page.facts == [
-        ("Walls", f"30 solved of 30; uncertain: {', '.join(map(place_in_words, settings.variables))}")
+        ("Walls", f"30 solved of 30; uncertain: {', '.join(map(place_in_words, settings.variables))}"),
+        ("Categories", "AS 2870-2011 Table C1, by the widest crack, the opening of one joint"),
     ]
     ds = folder.results()
     ds.attrs["span"] = 1e3
