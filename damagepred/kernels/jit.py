@@ -1,7 +1,8 @@
 """The one place where kernels are compiled: one decorator for each kind of function, one set of flags, one cache.
 
 numba keys its cache on the file of the function alone, so an edit to a law in another file goes unnoticed and the
-old machine code answers. The cache folder's name therefore holds a hash of all kernel sources.
+old machine code answers. Its index names the classes of the structures that kernels take, and cannot be read once a
+class has moved. The cache folder's name therefore holds a hash of all rooms that declare kernels or structures.
 """
 
 from __future__ import annotations
@@ -21,7 +22,10 @@ from damagepred.kernels.process_cache import ProcessCache
 from damagepred.kernels.progress import counted
 from damagepred.runtime.version import source_hash
 
-_shared = cache_folder(f"kernels-{source_hash('kernels')}")
+ROOMS = ("kernels", "assembly", "solvers")
+"""Rooms of the package that declare kernels, or structures that kernels take."""
+
+_shared = cache_folder(f"kernels-{source_hash(*ROOMS)}")
 CACHE = None if _shared is None else ProcessCache(_shared)
 CACHE_FOLDER = None if CACHE is None else CACHE.folder
 """None: every process compiles again."""

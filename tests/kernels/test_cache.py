@@ -1,6 +1,7 @@
 """Compiled kernels are kept on the disk, where processes that run at the same time share them."""
 
 import os
+import re
 import stat
 import subprocess
 import sys
@@ -10,9 +11,11 @@ from pathlib import Path
 import pytest
 from numba import types
 
+import damagepred
 from damagepred.kernels import jit
 from damagepred.kernels.cache_folder import cache_folder
 from damagepred.kernels.process_cache import ProcessCache
+from damagepred.runtime.version import source_hash
 
 
 def doubled(x):
@@ -51,6 +54,15 @@ def test_phases_and_kernels_are_kept_in_the_folder_of_the_process(tmp_path: Path
     monkeypatch.setattr(jit, "CACHE_FOLDER", tmp_path)
     assert jit.Phase(doubled, types.int64(types.int64)).__wrapper_address__()
     assert len(list(tmp_path.rglob("*.nbc"))) == 1
+
+
+def test_the_folder_has_the_hash_of_every_room_that_its_files_name() -> None:
+    wall = damagepred.Scene(movement=damagepred.Movement(central_deflection=1e-3, increments=1))
+    damagepred.solve(wall, store_zones=False)
+    assert jit.CACHE_FOLDER.parents[1].name == f"kernels-{source_hash(*jit.ROOMS)}"
+    named = b"".join(index.read_bytes() for index in jit.CACHE_FOLDER.rglob("*.nbi"))
+    rooms = {room.decode() for room in re.findall(rb"damagepred\.([a-z_]+)\.", named)}
+    assert {"assembly", "kernels"} <= rooms <= set(jit.ROOMS)
 
 
 def test_folders_of_processes_that_have_ended_are_removed(tmp_path: Path) -> None:
