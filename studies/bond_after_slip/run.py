@@ -1,6 +1,6 @@
 """Joints that keep their cohesion, lose it at first slip, or soften: the paper's walls, a house, validation cases.
 
-    python studies/bond_after_slip/run.py [--evidence] [--walls 24]
+    python studies/bond_after_slip/run.py [--evidence] [--walls 40]
 
 solves what is not stored yet, in one process, and writes the table of the README; ``--evidence`` writes the table of
 ``data/README.md``.
@@ -186,7 +186,7 @@ def main() -> None:
     """Write one of the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--evidence", action="store_true")
-    parser.add_argument("--walls", type=int, default=24)
+    parser.add_argument("--walls", type=int, default=40)
     asked = parser.parse_args()
     if asked.evidence:
         put_in(ROOT / "data" / "README.md", evidence())

@@ -1,6 +1,6 @@
 """Shares of walls in each damage category by the deflection limits of AS 2870, variant by variant of one wall.
 
-    python studies/guidance/run.py [NAME ...] [--samples 16] [--workers 2]
+    python studies/guidance/run.py [NAME ...] [--samples 32] [--workers 2]
 
 Each study is a folder with settings; all variants have the same samples, and equal variants of two studies run once.
 Writes table.csv, damage.png and the table of the page of each study. The same command resumes.
@@ -268,7 +268,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the studies of the command line; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", default=NAMES, metavar="NAME", help=", ".join(NAMES))
-    parser.add_argument("--samples", type=int, default=16, help="walls per variant and kind of movement (16)")
+    parser.add_argument("--samples", type=int, default=32, help="walls per variant and kind of movement (32)")
     parser.add_argument("--workers", type=int, default=2, help="processes (2)")
     parser.add_argument("--increments", type=int, help="of the movement; by default as in wall.toml")
     parser.add_argument("--reach", type=float, default=1.0, help="share of the movement to follow")

@@ -5,14 +5,16 @@
 
 Every footing and direction of movement is a separate study, with the same sampled walls, in a folder that damagepred
 reads (status, replay, plot). Its paths run through the mounds of growing y_s up to the largest, and are read at each
-y_s in between. The same call resumes an interrupted one; a larger --samples adds walls. Another --largest is another
-study of the same walls: 60 mm with more samples gives closer bounds on small probabilities. Tables and curves are made
-from all studies in the output folder.
+y_s in between. Four times as many walls go to 60 mm, for closer bounds on small probabilities. The same call resumes an
+interrupted one; a larger --samples adds walls. Tables and curves are made from all studies in the output folder; the
+published ones go into the page.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -31,6 +33,7 @@ from damagepred.plotting.sheet import DPI, new_figure, set_title
 from damagepred.plotting.wall import draw_wall
 from damagepred.scene.site import site_class, standard_footing
 from damagepred.study import Study
+from studies.pages import markdown, put_in
 
 HERE = Path(__file__).resolve().parent
 FOOTINGS = {"light": "clad_frame", "veneer": "masonry_veneer", "full_masonry": "full_masonry"}
@@ -39,6 +42,8 @@ MOVEMENTS = (20, 40, 60, 75, 85, 100, 125, 150)
 """Surface movements y_s (mm) of the tables: the limits of the classes, and some beyond."""
 LARGEST = 150.0
 """Largest y_s (mm) of the paths."""
+CLOSE = 60.0
+"""Largest y_s (mm) of the paths of four times as many walls."""
 STEP = 5.0
 """Increments of the movement (mm)."""
 STIFFNESS = {"doming": "soil.shrinking_stiffness", "dishing": "soil.swelling_stiffness"}
@@ -57,30 +62,60 @@ def main() -> int:
     parser.add_argument("--largest", type=float, default=LARGEST, help="largest y_s (mm) of the paths")
     parser.add_argument("--output", type=Path, default=HERE / "results", help="folder for archives, tables, pictures")
     options = parser.parse_args()
-    for footing in options.footings:
-        for kind in options.kinds:
-            study = Study(settings(footing, kind, options.largest))
-            folder = place(options.output, footing, kind, options.largest)
-            summary = study.run(folder, options.samples, workers=options.workers)
-            print(f"{folder.name}: {summary.done} walls, {summary.failed} failed, {summary.seconds:.0f} s", flush=True)
-            if summary.interrupted:
-                return 130
-    failed = report(options.output)
-    print_stiffness()
+    runs = [(options.largest, options.samples)]
+    if options.largest > CLOSE:
+        runs.append((CLOSE, 4 * options.samples))
+    for (largest, samples), footing, kind in itertools.product(runs, options.footings, options.kinds):
+        study = Study(settings(footing, kind, largest))
+        folder = place(options.output, footing, kind, largest)
+        summary = study.run(folder, samples, workers=options.workers)
+        print(f"{folder.name}: {summary.done} walls, {summary.failed} failed, {summary.seconds:.0f} s", flush=True)
+        if summary.interrupted:
+            return 130
+    shared, failed = report(options.output)
+    on_soil = by_stiffness()
+    if options.output == HERE / "results":
+        put_in(HERE / "README.md", markdown(in_percent(shared)), "<!-- shares -->", "<!-- end of shares -->")
+        put_in(HERE / "README.md", markdown(on_soil), "<!-- stiffness -->", "<!-- end of stiffness -->")
+        for name in ("fragility.png", "wall.png"):
+            shutil.copy(options.output / name, HERE / name)
     return 3 * failed
 
 
-def print_stiffness(millimetres: float = 100.0) -> None:
-    """Print deflection and damage of the mean wall on softer and stiffer soil, at draft accuracy."""
-    print("movement  soil (kPa/m)  deflection of the footing (mm)  widest joint (mm)  category")
+def in_percent(shared: pd.DataFrame) -> pd.DataFrame:
+    """Table of the page: one row per footing, movement and category that a wall reached, one column per y_s."""
+
+    def cell(row: pd.Series) -> str:
+        low, share, high = (100 * row[name] for name in ("lower", "share", "upper"))
+        return f"{share:.0f} % ({low:.0f}-{high:.0f})" if row["reached"] else f"0 (< {high:.0f})"
+
+    heading = shared["site class"] + ": " + shared["y_s (mm)"].astype(str) + " mm"
+    rows = ["footing", "movement", "category"]
+    table = shared.assign(heading=heading, cell=shared.apply(cell, axis=1))
+    table = table[table.groupby(rows)["reached"].transform("max") > 0]
+    return table.pivot(index=rows, columns="heading", values="cell")[heading.unique()].reset_index()
+
+
+def by_stiffness(millimetres: float = 100.0) -> pd.DataFrame:
+    """Deflection and damage of the mean wall on softer and stiffer soil."""
+    rows = []
     for kind, values in VALUES.items():
         scene = settings("veneer", kind, millimetres).scene
-        solver, movement = scene.solver.with_accuracy("draft"), replace(scene.movement, increments=5)
+        movement = replace(scene.movement, increments=5)
         for value in values:
             soil = replace(scene.soil, swelling_stiffness=value, shrinking_stiffness=value)
-            wall = solve(replace(scene, soil=soil, solver=solver, movement=movement)).isel(increment=-1)
+            wall = solve(replace(scene, soil=soil, movement=movement)).isel(increment=-1)
             deflection, width = (1e3 * float(wall[name]) for name in ("central_deflection", "crack_width_max"))
-            print(f"{kind:9} {value / 1e3:12g}  {deflection:30.2f}  {width:17.3f}  {int(wall['damage_category']):8}")
+            rows.append(
+                {
+                    "movement": kind,
+                    "soil (kPa/m)": f"{value / 1e3:g}",
+                    "deflection of the footing (mm)": f"{deflection:.2f}",
+                    "widest joint (mm)": f"{width:.2f}",
+                    "category": int(wall["damage_category"]),
+                }
+            )
+    return pd.DataFrame(rows)
 
 
 def settings(footing: str, kind: str, millimetres: float) -> StudySettings:
@@ -119,8 +154,8 @@ def studies_of(output: Path, footing: str, kind: str) -> dict[float, xr.Dataset]
     return dict(sorted(found.items()))
 
 
-def report(output: Path) -> bool:
-    """Write tables and curves of all studies in a folder; print failed walls, and return whether there are any."""
+def report(output: Path) -> tuple[pd.DataFrame, bool]:
+    """Write tables and curves of all studies in a folder; return the shares, and whether walls failed."""
     rows, thirds, fits, curves, failed = [], [], [], {}, False
     for footing, kind in ((f, k) for f in FOOTINGS for k in KINDS):
         studies = studies_of(output, footing, kind)
@@ -158,7 +193,7 @@ def report(output: Path) -> bool:
     draw_one(output, *PICTURE)
     print("Share of the walls in the category or worse:")
     print(shared.pivot_table(index=["footing", "movement", "category"], columns="y_s (mm)", values="share").to_string())
-    return failed
+    return shared, failed
 
 
 def save_table(frame: pd.DataFrame, path: Path) -> None:
