@@ -1,8 +1,8 @@
 """The one place where kernels are compiled: one decorator for each kind of function, one set of flags, one cache.
 
 numba keys its cache on the file of the function alone, so an edit to a law in another file goes unnoticed and the
-old machine code answers. Its index names the classes of the structures that kernels take, and cannot be read once a
-class has moved. The cache folder's name therefore holds a hash of all rooms that declare kernels or structures.
+old machine code answers. Its index names the class of each argument, and cannot be read once a class has moved. The
+name of the cache folder therefore holds a hash of all rooms with kernels and with classes of their arguments.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from damagepred.kernels.progress import counted
 from damagepred.runtime.version import source_hash
 
 ROOMS = ("kernels", "assembly", "solvers")
-"""Rooms of the package that declare kernels, or structures that kernels take."""
+"""Rooms of the package with kernels, and with the classes of their arguments."""
 
 _shared = cache_folder(f"kernels-{source_hash(*ROOMS)}")
 CACHE = None if _shared is None else ProcessCache(_shared)
