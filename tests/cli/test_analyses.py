@@ -91,11 +91,11 @@ def test_inputs_are_ranked_and_curves_have_other_forms(command: Run, small_study
     refused = command("sensitivity", small_study_file)
     assert refused.code == 2
     assert "damagepred study" in refused.err
-    assert command("study", small_study_file, "-n", 24, "-o", folder).code == 0
+    assert command("study", small_study_file, "-n", 32, "-o", folder).code == 0
     result = command("sensitivity", folder, "--category", 2, "-o", tmp_path / "s.nc", "--plot", tmp_path / "d.png")
     assert result.code == 0, result.err
     assert (tmp_path / "d.png").stat().st_size > 5000
-    for words in ("joint.friction", "24 walls", "rank of the capacity for category 2"):
+    for words in ("joint.friction", "32 walls", "rank of the capacity for category 2"):
         assert words in re.sub(r"\s+", " ", result.out)
     assert read_dataset(tmp_path / "s.nc")["partial"].dims == ("variable",)
     # and curves of the same folder, in other forms

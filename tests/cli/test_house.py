@@ -86,7 +86,7 @@ def test_the_words_of_a_study_count_houses(place: Path, command: Run, monkeypatc
     said = command("study", "house.toml", "-n", 11)
     assert "house.dp: complete, 11 of 11 houses done, 0 failed" in said.out
     assert "11 of 11 houses" in said.err
-    assert ", 11 houses" in command("estimate", "house.dp", "--category", 1, "--at", "40 mm").out
+    assert "houses in 100." in command("estimate", "house.dp", "--category", 1, "--at", "40 mm").out
     said = command("estimate", "house.dp", "--category", 4, "--at", "40 mm", "--wall", "side")
     assert said.out.endswith("none of the houses.\n")
     said = command("fragility", "house.dp", *FIT.split(), "--wall", "front")

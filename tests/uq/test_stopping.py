@@ -115,8 +115,8 @@ def test_no_estimate_beyond_the_largest_movement() -> None:
     assert np.isnan(found.estimate.value)
     assert (found.estimate.lower, found.estimate.upper) == (0.0, 1.0)
     assert (found.failed_undamaged, found.failed_damaged, found.not_followed) == (0.0, 1.0, 20)
-    (said,) = estimate_lines([Alternative("", found, 20.0)], 1, 0.5)
-    assert "at 500 mm) is unknown, between 0 and 1" in said
+    (said,) = estimate_lines([Alternative("", found, 20.0)], 1, "500 mm")
+    assert "Category 1 or worse at 500 mm: unknown, between 0.00 and 1.00" in said
 
 
 @pytest.mark.parametrize("single", [False, True])

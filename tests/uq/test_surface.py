@@ -69,7 +69,7 @@ def test_walls_damaged_before_any_movement_leave_the_others_their_surface() -> N
     assert (found["probability"][:, 0] == found["share_at_start"]).all()
     assert int(found["reached"]) == int(rest["reached"]) + 12
     assert (found["probability_lower"] <= found["probability"]).all()
-    assert "0.04 of the walls" in surface_lines(found)[0]
+    assert "0.04 of the samples" in surface_lines(found)[0]
 
 
 @pytest.mark.parametrize(
