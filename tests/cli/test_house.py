@@ -88,7 +88,7 @@ def test_the_words_of_a_study_count_houses(place: Path, command: Run, monkeypatc
     assert "11 of 11 houses" in said.err
     assert "houses in 100." in command("estimate", "house.dp", "--category", 1, "--at", "40 mm").out
     said = command("estimate", "house.dp", "--category", 4, "--at", "40 mm", "--wall", "side")
-    assert said.out.endswith("none of the houses.\n")
+    assert said.out.endswith("none of the walls.\n")
     said = command("fragility", "house.dp", *FIT.split(), "--wall", "front")
     assert "fragility of masonry house: front, against the ground movement at the tree" in said.out
 
