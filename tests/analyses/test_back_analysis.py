@@ -309,10 +309,10 @@ def test_the_price_counts_the_replays_that_are_missing(causes: list[Path], tmp_p
     both = [copytree(path, tmp_path / path.name) for path in causes]
     survey.write_text('[[crack]]\nx = "0.7 m"\ny = "0.1 m"\nwidth = "2 mm"\n')
     (price,) = prices(both, survey, options, 1)
-    assert "20 walls, about" in price
+    assert "20 samples, about" in price
     infer(both[0], survey, options=options)
     (price,) = prices(both, survey, options, 1)
-    assert "10 walls, about" in price
+    assert "10 samples, about" in price
     assert len(prices(both, survey, InferenceOptions(replays=10, new_walls=5), 1)) == 2
 
 

@@ -35,9 +35,9 @@ name = "front"
 [[choice.option]]
 name = "as it is"
 [[choice.option]]
-name = "small window"
+name = "deeper footing"
 cost = 2
-scene.wall.front.opening.1.height = "100 mm"
+scene.footing.depth = "500 mm"
 """
 FIT = "--bootstrap 10 --goodness 0"
 COMMANDS = f"""
@@ -57,7 +57,6 @@ fragility house.dp {FIT} --full --plot curves.png -o curves.nc --csv curves.csv
 fragility house.dp --wall front {FIT} --categories 1 --export pelicun --extrapolated
 fragility house.dp {FIT} --categories 1 --against mound.reach --plot surface.png
 compare house.dp again.dp --category 1 --at 40mm --wall front --plot comparison.png
-sensitivity house.dp --category 1 --plot shares.png
 export house.dp walls
 export curves.nc curves
 export curves.nc openquake --categories 1 --extrapolated
@@ -100,7 +99,8 @@ def test_every_command_counts_houses(place: Path, command: Run, monkeypatch: pyt
     for line in COMMANDS.strip().splitlines():
         said = command(*line.split())
         assert said.code == 0, f"{line}\n{said.err}"
-        assert not COUNTED.search(said.out + said.err), f"{line}\n{said.out}{said.err}"
+        if "--wall" not in line:
+            assert not COUNTED.search(said.out + said.err), f"{line}\n{said.out}{said.err}"
     page = Path("house_report.html").read_text(encoding="utf-8")
     assert not COUNTED.search(re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL))
 

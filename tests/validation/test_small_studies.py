@@ -9,7 +9,7 @@ import pytest
 
 from damagepred.exports import pelicun_frame
 from damagepred.scene import Solver
-from studies.benchmarks import beside_others
+from studies.benchmarks.beside_others import run as beside_others
 from studies.benchmarks.beside_others import summary
 from studies.benchmarks.work_precision import errors, run
 from tests.validation.test_validation_cases import ROOT, module
@@ -77,14 +77,12 @@ WEIGHT = 5 * 6 * 0.24 * 0.075 * 0.11 * 2000 * 9.81
 
 @pytest.mark.thorough
 def test_damagepred_in_the_comparison(tmp_path: Path) -> None:
-    beside_others.run.main(["--quick", "--output", str(tmp_path)])
+    beside_others.main(["--quick", "--output", str(tmp_path)])
     runs = pd.read_csv(tmp_path / "runs.csv").set_index(["case", "solver", "settings"])
-    for solver in beside_others.run.OURS:
+    for solver in beside_others.OURS:
         assert runs.loc[("settling", solver, "default"), "residual"] < Solver(method=solver).tolerance_used
     np.testing.assert_allclose(runs["weight on the ground"], 1.0, atol=1e-4)
-    settled, dropped = (
-        beside_others.run.solved(case, "5x6", "quasi_static", "default") for case in ("settling", "gap")
-    )
+    settled, dropped = (beside_others.solved(case, "5x6", "quasi_static", "default") for case in ("settling", "gap"))
     # uniform under its own weight: perpends carry nothing, and half bricks stand at the ends of every other course
     np.testing.assert_allclose(settled["base"], WEIGHT / 5, rtol=1e-3)
     # over the dropped ground the lowest course goes down with it, and leaves most of the weight to its neighbours
