@@ -77,10 +77,10 @@ def test_a_run_is_recorded_resumed_and_ended(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(all_studies, "HERE", tmp_path)
     (tmp_path / "runs.csv").write_text("study,package,version,date,machine,minutes,end\ntoy,old,0,0,0,1,complete\n")
     (tmp_path / "toy" / "results").mkdir(parents=True)
-    (tmp_path / "fail.py").write_text("raise SystemExit(3)")
+    (tmp_path / "fail.py").write_text("raise SystemExit(2)")
     (tmp_path / "wait.py").write_text("import time; time.sleep(60)")
     (tmp_path / "pass.py").write_text("pass")
-    assert all_studies.measure("toy", f"python {tmp_path / 'fail.py'}", 1.0) == "failed (3)"
+    assert all_studies.measure("toy", f"python {tmp_path / 'fail.py'}", 1.0) == "failed (2)"
     assert not (tmp_path / "toy" / "results").exists()
     (tmp_path / "toy" / "results").mkdir()
     began = time.perf_counter()
