@@ -40,6 +40,8 @@ def wall(
     stiffness: tuple[float, float],
     thickness: float,
     solver: Mapping[str, object] = RIGID_BRICKS,
+    head: float = 1.0,
+    brick: float = BRICK,
 ) -> Model:
     return model_of(
         Scene.from_dict(
@@ -48,8 +50,9 @@ def wall(
                     {"length": 8 * length, "height": 7 * height, "thickness": thickness, "block_length": length}
                     | {"block_height": height, "bond": bond}
                 ),
-                "block": {"elastic_modulus": BRICK, "poisson_ratio": POISSON},
+                "block": {"elastic_modulus": brick, "poisson_ratio": POISSON},
                 "joint": {"normal_stiffness": stiffness[0], "shear_stiffness": stiffness[1]},
+                "head_joint": {"factor": {"normal_stiffness": head, "shear_stiffness": head}},
                 "solver": dict(solver),
                 "movement": {"shape": "parabola"},
             }
@@ -134,8 +137,10 @@ def moduli_of(model: Model, volume: float) -> np.ndarray:
     return engineering_moduli((energy[:3, :3] - energy[:3, 3:] @ within @ energy[3:, :3]) / volume)
 
 
-def exact_moduli(b: float, h: float, stiffness: tuple[float, float], bond: str) -> np.ndarray:
-    """Moduli of the periodic cell with a brick of Legendre polynomials in x and y."""
+def exact_moduli(
+    b: float, h: float, stiffness: tuple[float, float], bond: str, head: float = 1.0, brick: float = BRICK
+) -> np.ndarray:
+    """Moduli of the periodic cell with a brick of Legendre polynomials in x and y; ``head``: stiffness over beds."""
     points, weights = leggauss(DEGREE + 2)
     s, t = (grid.ravel() for grid in np.meshgrid(points, points))
     weight = np.outer(weights, weights).ravel() * b * h / 4
@@ -148,7 +153,7 @@ def exact_moduli(b: float, h: float, stiffness: tuple[float, float], bond: str) 
     slope_x, slope_y = shapes(s, t, along=1) * 2 / b, shapes(s, t, up=1) * 2 / h
     none = np.zeros_like(slope_x)
     strain = np.stack([np.vstack(pair) for pair in ((slope_x, none), (none, slope_y), (slope_y, slope_x))])
-    law = np.array([[1.0, POISSON, 0.0], [POISSON, 1.0, 0.0], [0.0, 0.0, (1 - POISSON) / 2]]) * BRICK / (1 - POISSON**2)
+    law = np.array([[1.0, POISSON, 0.0], [POISSON, 1.0, 0.0], [0.0, 0.0, (1 - POISSON) / 2]]) * brick / (1 - POISSON**2)
     count = strain.shape[1]
     energy = np.zeros((count + 3, count + 3))
     energy[:count, :count] = np.einsum("kip,kl,ljp,p->ij", strain, law, strain, weight, optimize=True)
@@ -158,7 +163,7 @@ def exact_moduli(b: float, h: float, stiffness: tuple[float, float], bond: str) 
         still = np.zeros_like(difference)
         x, y = lattice
         jump = np.array([[*difference, *still, x, 0.0, y / 2], [*still, *difference, 0.0, y, x / 2]])
-        springs = stiffness if y == 0.0 else stiffness[::-1]
+        springs = [head * k for k in stiffness] if y == 0.0 else stiffness[::-1]
         energy[:] += w * np.einsum("ki,k,kj->ij", jump, springs, jump)
 
     for at, w in zip(points, weights):
@@ -192,6 +197,34 @@ def test_moduli_of_elastic_bricks(module: tuple[float, float], stiffness: tuple[
         assert 0.15 < rigid[0] < 0.70
     else:
         assert -0.38 < rigid[2] < -0.09
+
+
+@pytest.mark.parametrize(
+    ("head", "brick", "along", "shear", "rigid_along"),
+    [
+        (0.3, BRICK, 0.075, 0.077, (0.09, 0.75)),
+        (0.1, BRICK, 0.113, 0.111, (0.03, 0.70)),
+        (1.0, 3e9, 0.031, 0.023, (0.28, 1.0)),
+    ],
+)
+@pytest.mark.parametrize("module", FORMATS)
+@pytest.mark.parametrize("stiffness", RATIOS)
+def test_moduli_with_weak_head_joints_and_soft_bricks(
+    module, stiffness, head, brick, along, shear, rigid_along
+) -> None:
+    """Weak head joints increase the errors of elastic bricks, soft bricks those of rigid ones."""
+    (b, h), thickness = module, 0.11
+    exact = exact_moduli(b, h, stiffness, "running", head, brick)
+    elastic, rigid = (
+        moduli_of(wall(b, h, "running", stiffness, thickness, {"blocks": blocks}, head, brick), b * h * thickness)
+        / exact
+        - 1.0
+        for blocks in ("elastic", "rigid")
+    )
+    assert -along < elastic[0] < 0.0
+    assert elastic[1] == pytest.approx(0.0, abs=1e-3)
+    assert abs(elastic[2]) < shear
+    assert rigid_along[0] < rigid[0] < rigid_along[1]
 
 
 def test_the_exact_cell_of_the_test_wall() -> None:
