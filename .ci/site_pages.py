@@ -22,6 +22,8 @@ PAGES = (
     "tests/verification/README.md",
 )
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)#\s]+)[^)]*\)")
+ELSEWHERE = re.compile(r"<(?:script|link|img|iframe|source|video|object)\b[^>]*?\b(?:src|href|data)=[\"']?(?:https?:)?//[^>]*>")
+"""Element of a page that a browser loads from a network."""
 REFERENCE = {
     "scene": ("Scene classes", ("scene",)),
     "assembly": ("Assembly", ("assembly",)),
@@ -67,6 +69,8 @@ def on_files(files: Any, config: Any) -> Any:
             target = str(path.relative_to(mathjax))
             files.append(File.generated(config, f"mathjax/{target}", abs_src_path=str(path)))
     files.append(File.generated(config, "mathjax/fonts.js", content=MATHJAX))
+    for script in config["extra"]["polyfills"]:
+        files.append(File.generated(config, script, abs_src_path=str(ROOT / ".ci" / Path(script).name)))
     return files
 
 
@@ -83,6 +87,15 @@ def on_post_page(output: str, page: Any, config: Any) -> str:
     return re.sub(
         r"<script type=\"module\">(?:(?!</script>).)*?https://(?:(?!</script>).)*</script>", "", output, flags=re.S
     )
+
+
+def on_post_build(config: Any) -> None:
+    """Check that no page loads anything from elsewhere."""
+    from mkdocs.exceptions import PluginError
+
+    for page in sorted(Path(config["site_dir"]).rglob("*.html")):
+        if found := ELSEWHERE.search(page.read_text(encoding="utf-8")):
+            raise PluginError(f"{page}: is loaded from elsewhere: {found[0]}; the site must open without a network.")
 
 
 def _tracked(*patterns: str) -> list[str]:
@@ -107,24 +120,39 @@ def _reference_pages() -> dict[str, str]:
     """Text of the reference pages, by name."""
     import damagepred
 
-    modules = {name for name in damagepred.__all__ if isinstance(getattr(damagepred, name), ModuleType)}
-    names = [n for n in damagepred.__all__ if n not in modules and n != "__version__"]
-    elsewhere = {
-        n for _, homes in REFERENCE.values() for home in homes for n in import_module(f"damagepred.{home}").__all__
+    names = [n for n in damagepred.__all__ if not isinstance(getattr(damagepred, n), (ModuleType, str))]
+    listed = {
+        page: sorted(
+            ((home, n) for home in homes for n in import_module(f"damagepred.{home}").__all__),
+            key=lambda pair: names.index(pair[1]) if pair[1] in names else len(names),
+        )
+        for page, (_, homes) in REFERENCE.items()
     }
-    pages = {
-        "python": "# Python\n\n" + "".join(f"::: damagepred.{_home(n)}.{n}\n\n" for n in names if n not in elsewhere)
-    }
-    for name, (title, homes) in REFERENCE.items():
-        listed = [(home, n) for home in homes for n in import_module(f"damagepred.{home}").__all__]
-        pages[name] = f"# {title}\n\n" + "".join(f"::: damagepred.{home}.{n}\n\n" for home, n in listed)
+    elsewhere = {n for pairs in listed.values() for _, n in pairs}
+    here = [(_home(n), n) for n in names if n not in elsewhere]
+    pages = {"python": PYTHON + _entries(here)}
+    pages |= {page: f"# {REFERENCE[page][0]}\n\n{_entries(pairs)}" for page, pairs in listed.items()}
     return pages | {"commands": _commands(), "citing": _citing()}
+
+
+def _entries(names: list[tuple[str, str]]) -> str:
+    """Places of docstrings on a page, by module and name."""
+    return "".join(f"::: damagepred.{home}.{name}\n\n" for home, name in names)
 
 
 def _home(name: str) -> str:
     import damagepred
 
     return damagepred._HOMES[name]
+
+
+PYTHON = """# Python
+
+A [scene](scene.md) describes one wall, and `solve` computes its path. A `Study` samples walls, and `fit_fragility` fits
+curves to its results. The names stand in this order: one wall, studies, curves and probabilities, further analyses,
+errors. They are names of `damagepred` itself, as in `damagepred.solve`.
+
+"""
 
 
 MATHJAX = 'window.MathJax = {"HTML-CSS": {availableFonts: [], preferredFont: null, webFont: "STIX-Web"}};\n'

@@ -78,26 +78,26 @@ _MODULES = ("assembly", "damage", "exports", "plotting", "report", "scene", "stu
 _HOMES = {
     name: module
     for module, names in {
-        "assembly": "NO_LIMITS Assembly Limits",
-        "damage": "construction_limits",
-        "errors": "DamagepredError InputError SolverError StudyError",
-        "exports": "curves_frame frame to_arviz walls_frame",
+        "scene": "Scene Wall Opening ControlJoint BlockMaterial Joint HeadJoint Dpc Footing ReinforcedConcrete Soil "
+        "SoilLayer Suction Movement Mound BaseMotion Loads Load Loading Support Strain Creep Solver Damage Dynamics Rig",
         "one_wall.solve": "solve",
+        "results.wall_cracks": "cracks crack_frame crack_profile",
+        "results.simple_assessment": "simple_categories simple_methods",
+        "study": "Study open_study StudyFunction",
+        "uq.fragility": "fit_fragility fit_surface",
+        "uq.exceedance": "exceedance",
+        "uq.comparison": "compare",
+        "uq.subset": "subset_simulation",
         "results.rejudge": "judge_again",
         "results.scales": "compare_scales",
-        "scene": "BaseMotion BlockMaterial ControlJoint Creep Damage Dpc Dynamics Footing HeadJoint Joint Load Loading "
-        "Loads Mound Movement Opening ReinforcedConcrete Rig Scene Soil SoilLayer Solver Strain Suction Support Wall",
-        "results.simple_assessment": "simple_categories simple_methods",
-        "study": "Study StudyFunction open_study",
+        "analyses.variance_shares": "study_sensitivity",
         "analyses.back_analysis": "infer",
         "analyses.design_search": "search_design",
         "analyses.portfolio": "assess_portfolio",
-        "analyses.variance_shares": "study_sensitivity",
-        "uq.comparison": "compare",
-        "uq.exceedance": "exceedance",
-        "uq.fragility": "fit_fragility fit_surface",
-        "uq.subset": "subset_simulation",
-        "results.wall_cracks": "crack_frame crack_profile cracks",
+        "exports": "walls_frame curves_frame frame to_arviz",
+        "assembly": "Assembly Limits NO_LIMITS",
+        "damage": "construction_limits",
+        "errors": "DamagepredError InputError SolverError StudyError",
     }.items()
     for name in names.split()
 }

@@ -404,9 +404,9 @@ def crack_band() -> Figure:
             ax.plot([x, x], [course * 0.24, course * 0.24 + 0.24], color=RED, lw=width)
     span(ax, (1.45, 1.32), (3.45, 1.32))
     arrow(ax, (3.45, 1.32), (7.3, 1.8), style="-")
-    note(ax, 7.4, 1.8, "crack band: sum of the openings\nalong a gauge of 0.75 m", BLUE, "lm")
+    note(ax, 7.4, 1.8, "crack band: openings of neighbouring\njoints, added up along a gauge of 0.75 m", BLUE, "lm")
     arrow(ax, (2.25, 0.84), (7.3, 0.6), RED, "-")
-    note(ax, 7.4, 0.6, "widest joint: the opening\nof a single joint", RED, "lm")
+    note(ax, 7.4, 0.6, "widest crack: the largest opening\nof one joint", RED, "lm")
     return made
 
 
