@@ -22,7 +22,9 @@ PAGES = (
     "tests/verification/README.md",
 )
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)#\s]+)[^)]*\)")
-ELSEWHERE = re.compile(r"<(?:script|link|img|iframe|source|video|object)\b[^>]*?\b(?:src|href|data)=[\"']?(?:https?:)?//[^>]*>")
+ELSEWHERE = re.compile(
+    r"<(?:script|link|img|iframe|source|video|object)\b[^>]*?\b(?:src|href|data)=[\"']?(?:https?:)?//[^>]*>"
+)
 """Element of a page that a browser loads from a network."""
 REFERENCE = {
     "scene": ("Scene classes", ("scene",)),

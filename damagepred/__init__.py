@@ -79,7 +79,8 @@ _HOMES = {
     name: module
     for module, names in {
         "scene": "Scene Wall Opening ControlJoint BlockMaterial Joint HeadJoint Dpc Footing ReinforcedConcrete Soil "
-        "SoilLayer Suction Movement Mound BaseMotion Loads Load Loading Support Strain Creep Solver Damage Dynamics Rig",
+        "SoilLayer Suction Movement Mound BaseMotion Loads Load Loading Support Strain Creep Solver Damage Dynamics "
+        "Rig",
         "one_wall.solve": "solve",
         "results.wall_cracks": "cracks crack_frame crack_profile",
         "results.simple_assessment": "simple_categories simple_methods",

@@ -250,9 +250,9 @@ def _draw_footing_rise(ds: xr.Dataset, ax: Axes | None) -> Axes:
     words = ""
     if len(x):
         ax.plot(x, (rise - level) * sheet.MM, color=colours.SOIL_COLOUR, linestyle="--", linewidth=1.4, label="ground")
-        words = f"rise from its level under dead load, settled by {sheet.plain_number(-level * sheet.MM)} mm"
+        words = f" from its level under dead load, settled by {sheet.plain_number(-level * sheet.MM)} mm"
         words += "; dashed: ground at the end without the footing"
-    sheet.set_title(ax, sheet.title_of(ds, "wall"), "rise of the footing", words)
+    sheet.set_title(ax, sheet.title_of(ds, "wall"), f"rise of the footing{words}")
     return ax
 
 

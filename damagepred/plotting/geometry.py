@@ -23,6 +23,8 @@ FINITE_ROTATION = 0.02
 """Rotation (rad) from which it is drawn in full, not to first order."""
 DRAWN_DISPLACEMENT, LARGEST_EXAGGERATION = 0.045, 1000.0
 """Largest displacement on the drawing as a fraction of the wall's length, and largest factor for it."""
+SHORTEST_GAP = 0.01
+"""Distance between two open stretches of a bed (m) below which they are one: they are shown in centimetres."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +162,10 @@ def footing_rise(ds: xr.Dataset, increment: int, footing: BoolArray) -> tuple[Fl
 
 
 def open_stretches(x: FloatArray, opening: FloatArray, threshold: float) -> list[tuple[float, float]]:
-    """Start and end of each stretch along which an opening exceeds a threshold, linear between its points."""
+    """Start and end of each stretch along which an opening exceeds a threshold, linear between its points.
+
+    At a head joint the opening of a bed jumps: stretches that a jump parts are one.
+    """
     above = opening > threshold
     change = np.flatnonzero(np.diff(above.astype(np.int8)))
     share = (threshold - opening[change]) / (opening[change + 1] - opening[change])
@@ -169,6 +174,8 @@ def open_stretches(x: FloatArray, opening: FloatArray, threshold: float) -> list
         ends.insert(0, x[0])
     if above[-1]:
         ends.append(x[-1])
+    jumps = [k for k in range(1, len(ends) - 1, 2) if ends[k + 1] - ends[k] < SHORTEST_GAP]
+    ends = [end for k, end in enumerate(ends) if k not in jumps and k - 1 not in jumps]
     return [(float(a), float(b)) for a, b in zip(ends[::2], ends[1::2])]
 
 

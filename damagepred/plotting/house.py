@@ -91,9 +91,11 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
     middle, colours = (gaps[:, :2] + gaps[:, [3, 2]]) / 2, _crack_colours(ds, cracks.crack)
     sheet.add_lines(ax, middle, colors=colours, linewidths=2.2, zorder=4, label="cracks")
     widths, categories = (ds[f"wall_{name}"].values[increment] for name in ("crack_width_max", "damage_category"))
-    for number, (wall, (left, level)) in enumerate(zip(house.wall, places)):
+    wall_of_block = ds["block_wall"].values
+    for number, (wall, (left, _)) in enumerate(zip(house.wall, places)):
         words = f"{wall.name}: {MM * widths[number]:.2f} mm, category {categories[number]}"
-        ax.text(left, level + 1.1 * wall.height + 0.2, words, va="bottom", fontsize=small(ax))
+        top = max(drawn.outlines[i][:, 1].max() for i in np.flatnonzero(wall_of_block == number))
+        ax.text(left, top + 0.06 * height, words, va="bottom", fontsize=small(ax))
         own = np.flatnonzero(wall_of == number)
         if own.size:
             widest = own[cracks.crack[own].argmax()]

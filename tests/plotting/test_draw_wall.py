@@ -113,6 +113,8 @@ def test_open_stretches_are_interpolated():
     assert open_stretches(x, np.array([0.0, 2.0, 2.0, 2.0, 0.0]), 1.0) == [(0.5, 3.5)]
     assert open_stretches(x, np.array([2.0, 0.0, 0.0, 0.0, 4.0]), 1.0) == [(0.0, 0.5), (3.25, 4.0)]
     assert open_stretches(x, np.full(5, 0.5), 1.0) == []
+    jump = np.array([0.0, 1.0, 1.0 + 1e-9, 2.0])
+    assert open_stretches(jump, np.array([2.0, 0.99, 1.02, 2.0]), 1.0) == [(0.0, 2.0)]
     assert open_stretches(x, np.full(5, 2.0), 1.0) == [(0.0, 4.0)]
 
 
