@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from damagepred.analyses.function import USUAL, Kept, StudyFunction, as_function
+from damagepred.analyses.function import USUAL, Kept, StudyFunction
 from damagepred.analyses.limit_state import Question
 from damagepred.analyses.rare_event import RareEvent, rare_event
 from damagepred.archive.folder import StudyFolder, open_study
@@ -14,7 +14,7 @@ from damagepred.campaign.campaign import Campaign, Progress, RunSummary
 from damagepred.campaign.settings import resumed
 from damagepred.inputs.arguments import checked
 
-__all__ = ["Progress", "RunSummary", "Study", "StudyFunction", "as_function", "open_study"]
+__all__ = ["Progress", "RunSummary", "Study", "StudyFunction", "open_study"]
 
 
 class Study(Campaign):

@@ -139,24 +139,6 @@ class StudyFunction:
         return np.column_stack(columns) if columns else np.empty((len(normal), 0))
 
 
-def as_function(settings: StudySettings, outputs: Sequence[str] = USUAL, movement: Kept | None = None) -> StudyFunction:
-    """Study as a plain function of its variables.
-
-    Parameters
-    ----------
-    settings, outputs, movement
-        See ``StudyFunction``.
-
-    Examples
-    --------
-    >>> from damagepred import study
-    >>> house = study.as_function(study.Study.from_toml("house.toml").settings)
-    >>> house.inputs  # one value per wall; the tensile strength varies from joint to joint
-    ('joint.friction', 'joint.cohesion')
-    """
-    return StudyFunction(settings, outputs, movement)
-
-
 def _stacked(pattern: Column, name: str, solved: Sequence[Solved]) -> xr.Variable:
     """One output of all walls; unknown values are NaN or -1."""
     blank = np.full(pattern.values.shape, np.nan if pattern.values.dtype.kind == "f" else -1, pattern.values.dtype)

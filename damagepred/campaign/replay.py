@@ -25,12 +25,7 @@ from damagepred.solvers.options import with_recorded_options
 
 BIT_FOR_BIT = "bit for bit"  # first words of the comparison of an identical sample
 _PATH = ("sample", "increment")  # leading dimensions of the compared results of a path
-
-
-@lru_cache(maxsize=4)
-def _campaign(text: str) -> Campaign:
-    """Study of a frozen text, cached: many samples of few studies are replayed in one process."""
-    return Campaign.from_text(text)
+_campaign = lru_cache(maxsize=4)(Campaign.from_text)  # one process replays many samples of few studies
 
 
 @checked

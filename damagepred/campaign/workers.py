@@ -315,8 +315,7 @@ class SharedPool(Executor):
 
 
 def _run_in_folder(_: str, batch: Any) -> list[Outcome]:
-    folder, samples = batch
-    return run_batch(folder, samples)
+    return run_batch(*batch)
 
 
 def _nothing(_: str) -> None:

@@ -1,6 +1,6 @@
 """Exports of fragility curves and studies: files and tables for other programs."""
 
-from damagepred.exports.frames import curves_frame, frame, parameters_frame, to_arviz, walls_frame
+from damagepred.exports.frames import curves_frame, frame, to_arviz, walls_frame
 from damagepred.exports.programs import FORMATS, export_curves, openquake_xml, pelicun_config, pelicun_frame
 from damagepred.exports.programs import export_place as export_place
 from damagepred.exports.programs import write_csv as write_csv
@@ -11,7 +11,6 @@ __all__ = [
     "export_curves",
     "frame",
     "openquake_xml",
-    "parameters_frame",
     "pelicun_config",
     "pelicun_frame",
     "to_arviz",

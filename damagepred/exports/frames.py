@@ -46,26 +46,6 @@ def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
 
 
 @checked
-def parameters_frame(curves: xr.Dataset) -> pd.DataFrame:
-    """Parameters of the curves, one row per category.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Indexed by category: median and dispersion with their bands, number of walls that reached it, status of the fit.
-
-    Examples
-    --------
-    >>> from damagepred import exports, fit_fragility, open_study
-    >>> curves = fit_fragility(open_study("house.dp"), bootstrap=20)
-    >>> exports.parameters_frame(curves)["reached"].to_dict()
-    {1: 24, 2: 24, 3: 12, 4: 0}
-    """
-    require(curves, ("category", "median"), "the result of fit_fragility")
-    return curves[[n for n in curves.data_vars if curves[n].dims == ("category",)]].to_dataframe()
-
-
-@checked
 def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     """Walls of a study, one row each: inputs, status, and largest values along the path.
 

@@ -32,35 +32,25 @@ class SimpleVerdict(NamedTuple):
 
 
 @checked
-def simple_category(
-    scene: Scene,
-    deflection_ratio: ArrayLike | None = None,
-    *,
-    ground_strain: float = 0.0,
-    modulus_ratio: float | None = None,
-) -> SimpleVerdict:
+def simple_category(scene: Scene, deflection_ratio: ArrayLike | None = None) -> SimpleVerdict:
     """Category by the limiting tensile strain of a deep beam that follows the ground, see ``damage.deep_beam``.
 
-    Openings, joints and dpc do not count. E/G is by default 2 (1 + nu).
+    Openings, joints and dpc do not count. E/G is 2 (1 + nu); ``damage.beam_strain`` takes another, and ground strains.
     """
     ratio = _own_ratio(scene) if deflection_ratio is None else deflection_ratio
     wall, nu = scene.wall, scene.block.poisson_ratio
-    modulus = 2 * (1 + nu) if modulus_ratio is None else modulus_ratio
-    of_ground = {"ground_strain": ground_strain, "poisson_ratio": nu}
-    strain = beam_strain(ratio, wall.length, wall.height, scene.bending, modulus, **of_ground)
+    strain = beam_strain(ratio, wall.length, wall.height, scene.bending, 2 * (1 + nu), poisson_ratio=nu)
     return SimpleVerdict(strain.bending, strain.diagonal, load_strain_table().by_strain(strain.largest))
 
 
 @checked
-def simple_categories(ds: xr.Dataset, *, ground_strain: float = 0.0, modulus_ratio: float | None = None) -> xr.Dataset:
+def simple_categories(ds: xr.Dataset) -> xr.Dataset:
     """Judge every increment of a solved wall, or of all walls of a study, by the limiting tensile strain.
 
     Parameters
     ----------
     ds : xarray.Dataset
         Of ``damagepred.solve`` or ``damagepred.open_study``; its ``deflection_ratio`` is read, and its scene.
-    ground_strain, modulus_ratio : float
-        See ``simple_category``.
 
     Returns
     -------
@@ -90,7 +80,7 @@ def simple_categories(ds: xr.Dataset, *, ground_strain: float = 0.0, modulus_rat
             raise InputError(f"'{place}' differs from wall to wall; judge each wall by simple_category.")
     ratio = ds["deflection_ratio"]
     scene = archived_scene(ds.attrs)
-    found = simple_category(scene, ratio.values, ground_strain=ground_strain, modulus_ratio=modulus_ratio)
+    found = simple_category(scene, ratio.values)
     table = load_strain_table()
     about = "of a deep beam that follows the ground"
     values = {
@@ -121,13 +111,7 @@ def angular_distortion(scene: Scene, deflection_ratio: float | None = None) -> f
 
 
 @checked
-def simple_methods(
-    scene: Scene,
-    deflection_ratio: float | None = None,
-    *,
-    ground_strain: float = 0.0,
-    modulus_ratio: float | None = None,
-) -> pd.DataFrame:
+def simple_methods(scene: Scene, deflection_ratio: float | None = None) -> pd.DataFrame:
     """Return the verdicts of the simple methods: a row for each limit, and whether the movement exceeds it.
 
     Parameters
@@ -136,8 +120,6 @@ def simple_methods(
         The wall and its movement.
     deflection_ratio : float, optional
         Central deflection over length (1); by default of the scene's movement, if it is prescribed.
-    ground_strain, modulus_ratio : float
-        See ``simple_category``.
 
     Returns
     -------
@@ -164,7 +146,7 @@ def simple_methods(
     import pandas as pd
 
     ratio = _own_ratio(scene) if deflection_ratio is None else float(deflection_ratio)
-    verdict = simple_category(scene, ratio, ground_strain=ground_strain, modulus_ratio=modulus_ratio)
+    verdict = simple_category(scene, ratio)
     table = load_strain_table()
     strain = float(max(verdict.bending_strain, verdict.diagonal_strain))
     method, rows = f"limiting tensile strain ({table.source})", []

@@ -34,10 +34,6 @@ def blas_libraries() -> tuple[LibController, ...]:
     return tuple(ThreadpoolController().select(user_api="blas").lib_controllers)
 
 
-def _limit_per_thread(library: LibController) -> bool:
-    return isinstance(library, OpenBLASController) and library.threading_layer == "openmp"
-
-
 def _set(library: LibController, threads: int) -> None:
     OpenBLASController.clear_controlling_thread(force=True)
     library.set_num_threads(threads)
@@ -72,7 +68,7 @@ class _Limit:
                 return
             self.threads -= 1
             for library in blas_libraries():
-                if _limit_per_thread(library):
+                if isinstance(library, OpenBLASController) and library.threading_layer == "openmp":
                     _set(library, self.own.before[library.filepath])
                 elif self.threads == 0:
                     _set(library, self.before[library.filepath])

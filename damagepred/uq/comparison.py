@@ -105,16 +105,15 @@ def compare(
             if movement.own != by_site:
                 continue
             followed = [exceedance.require_followed(each, movement) for each in walls]
-            for s, (each, at_movement) in enumerate(zip(walls, followed)):
+            answers = [_Answer.of(each, at, confidence) for each, at in zip(walls, followed)]
+            for s, (each, answer) in enumerate(zip(walls, answers)):
                 unknown[s, k, m] = int(censored_before(each.lower, each.upper, movement.largest).sum())
-                answer = _Answer.of(each, at_movement, confidence)
-                both = walls[0], each
-                if same[s]:  # samples that both have: an unfinished study has fewer
+                both = answers[0], answer
+                if same[s] and not np.array_equal(walls[0].sample, each.sample):  # an unfinished study has fewer
                     common = np.intersect1d(walls[0].sample, each.sample)
-                    both = walls[0].part(np.isin(walls[0].sample, common)), each.part(np.isin(each.sample, common))
-                before, after = (_Answer.of(part, at, confidence) for part, at in zip(both, (followed[0], at_movement)))
-                difference = _difference(before, after, confidence, same[s])
-                for kind, estimate in zip(COUNTED, (answer.estimate, difference)):
+                    parts = [part.part(np.isin(part.sample, common)) for part in (walls[0], each)]
+                    both = _Answer.of(parts[0], followed[0], confidence), _Answer.of(parts[1], followed[s], confidence)
+                for kind, estimate in zip(COUNTED, (answer.estimate, _difference(*both, confidence, same[s]))):
                     for end, number in zip(("", "_lower", "_upper"), (estimate.value, estimate.lower, estimate.upper)):
                         values[f"{kind}{end}"][s, k, m] = number
         paired[:] = [len(np.intersect1d(walls[0].sample, each.sample)) if s else 0 for each, s in zip(walls, same)]

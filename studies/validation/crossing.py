@@ -20,7 +20,7 @@ import pandas as pd
 import xarray as xr
 from SALib.analyze import sobol
 
-from damagepred.analyses.function import StudyFunction, as_function
+from damagepred.analyses.function import StudyFunction
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.campaign.settings import StudySettings
 from damagepred.uq.samplers import unit_points
@@ -42,7 +42,7 @@ def variance_shares(
     The studies have the same variables and are equally likely; each variable belongs to one cause. Size times
     (causes + 2) walls are solved.
     """
-    first = as_function(studies[0], outputs)
+    first = StudyFunction(studies[0], outputs)
     if unknown := {*first.inputs} ^ {place for places in causes.values() for place in places} - {JOINTS, STUDIES}:
         raise ValueError(f"belongs to no cause, or is no variable: {', '.join(sorted(unknown))}")
     unit = unit_points("sobol", 2 * (len(first.inputs) + 1), size, studies[0].study.seed)
@@ -110,7 +110,7 @@ def _set_studies(studies: Sequence[StudySettings], outputs: tuple[str, ...]) -> 
 @cache
 def _function(study: int) -> StudyFunction:
     studies, outputs = _ASKED[0]
-    return as_function(studies[study], outputs, "path")
+    return StudyFunction(studies[study], outputs, "path")
 
 
 def _largest(wall: FloatArray, joints: int, study: int) -> float:

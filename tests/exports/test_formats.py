@@ -16,7 +16,6 @@ from damagepred.exports import (
     export_curves,
     export_place,
     openquake_xml,
-    parameters_frame,
     pelicun_config,
     pelicun_frame,
 )
@@ -170,11 +169,9 @@ def test_unknown_categories_formats_and_datasets_are_named(ratios: xr.Dataset, t
 
 
 def test_frames_of_curves_hold_what_the_dataset_holds(ratios: xr.Dataset) -> None:
-    points, parameters = curves_frame(ratios), parameters_frame(ratios)
+    points = curves_frame(ratios)
     assert points.index.names == ["category", "intensity"]
     assert "; ".join(list(points.columns)) == (
         "category_name; fit_status; probability; probability_lower; probability_upper; empirical"
     )
     assert np.array_equal(points["probability"].to_numpy().reshape(4, -1), ratios["probability"].values)
-    assert parameters.loc[2, "median"] == 1 / 500
-    assert parameters.loc[4, "category_name"] == "severe"
