@@ -112,10 +112,6 @@ class Choices:
     choice: tuple[Choice, ...] = Field(min_length=1)
     """Choices."""
 
-    def alternatives(self) -> list[tuple[Option, ...]]:
-        """All combinations of options."""
-        return list(itertools.product(*(choice.option for choice in self.choice)))
-
 
 @checked
 @one_blas_thread()
@@ -239,7 +235,7 @@ def _read(choices: str | Path) -> tuple[Choices, list[tuple[Option, ...]], list[
         raise InputError(
             f"{content.study}: a design search draws its own samples; no importance, table or sampled movement."
         )
-    built = content.alternatives()
+    built = list(itertools.product(*(choice.option for choice in content.choice)))
     names = [" + ".join(option.name for option in chosen) for chosen in built]
     if len(set(names)) < len(names):
         raise InputError(f"{choices}: two options of a choice have the same name.")

@@ -101,7 +101,11 @@ def rare_event(
                 all_damaged = simulate(again)
                 failed, solved = failed + again.failed, solved + again.solved_now
         event = RareEvent(undamaged, all_damaged, failed, solved, programs)
-        _write_result(folder, event)
+        content = _content(undamaged) | {"failed": failed}
+        if failed:
+            content |= {"failed_damaged": _content(all_damaged)}
+        content |= dict(zip(("lower_whatever_failed", "upper_whatever_failed"), event.interval))
+        write_text(folder.path / "result.json", signed_json(content, folder.study_hash))
     finally:
         lock.release()
     return event
@@ -163,15 +167,6 @@ def _prepare(
 
 def _write_question(folder: StudyFolder, content: dict[str, Any]) -> None:
     write_text(question_file(folder), signed_json(content | {"schema_version": SCHEMA_VERSION}, folder.study_hash))
-
-
-def _write_result(folder: StudyFolder, event: RareEvent) -> None:
-    low, high = event.interval
-    content = _content(event.estimate) | {"failed": event.failed}
-    if event.failed:
-        content |= {"failed_damaged": _content(event.failed_damaged)}
-    content |= {"lower_whatever_failed": low, "upper_whatever_failed": high}
-    write_text(folder.path / "result.json", signed_json(content, folder.study_hash))
 
 
 def _content(estimate: SubsetEstimate) -> dict[str, Any]:

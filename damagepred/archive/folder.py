@@ -256,10 +256,6 @@ class StudyFolder:
         """Failed samples, from the names of their records."""
         return {int(match[1]) for name in _names(self.failures) if (match := _FAILURE.fullmatch(name))}
 
-    def failed(self) -> dict[int, dict[str, Any]]:
-        """Record of each failed sample."""
-        return {i: self.failure(i) for i in sorted(self.failed_samples())}
-
     def failure(self, sample: int) -> dict[str, Any]:
         """Record of one failed sample; the reason is unknown if the record is damaged."""
         try:

@@ -15,7 +15,7 @@ import numpy as np
 
 from damagepred.archive.cautions import wall_cautions
 from damagepred.arrays import FloatArray
-from damagepred.assembly import NO_LIMITS, Limits, Model, wall_cost
+from damagepred.assembly import NO_LIMITS, Limits, wall_cost
 from damagepred.campaign.sample import sample_of
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.warm_up import warm_up
@@ -86,13 +86,6 @@ class CostEstimate:
 
 class _TimingLimit(Exception):
     """Increments have been timed for long enough."""
-
-
-def _zone_bytes(model: Model, increments: int) -> int:
-    """Memory of stress and state of zones and of displacements of gridpoints at all increments (bytes)."""
-    if model.mesh is None:
-        return 0
-    return (increments + 1) * (len(model.mesh.zones) * (4 * 8 + 1) + model.mesh.x.size * 2 * 8)
 
 
 def seconds_per_wall(scenes: Sequence[Scene]) -> float:
@@ -171,7 +164,8 @@ def estimate_cost(
         deformable_blocks=0 if mesh is None else len(mesh.block),
         zones=0 if mesh is None else len(mesh.zones),
         gridpoints=0 if mesh is None else mesh.x.size,
-        zone_bytes=_zone_bytes(model, count),
+        # stress and state of zones, displacements of gridpoints
+        zone_bytes=0 if mesh is None else (count + 1) * (len(mesh.zones) * (4 * 8 + 1) + mesh.x.size * 2 * 8),
         peak_bytes=_peak_bytes(),
         cautions=cautions,
         accuracy=() if dynamics is not None else tuple(accuracy_lines(scene)),

@@ -69,7 +69,9 @@ def run_until(
         seen.append(look)
         reason = "enough" if seen[-1].enough else "time" if over else "samples" if count == sizes[-1] else ""
         if reason:
-            _record(out, rule, seen, reason)
+            looks = [{"samples": n, "enough": e, **(found._asdict() if found else {})} for n, found, e in seen]
+            content = {"quantity": rule.name() if rule is not None else "", "reason": reason, "looks": looks}
+            write_text(Path(out) / "stopping.json", json.dumps(content, indent=2) + "\n")
             return Ending(summary, seen, reason)
 
 
@@ -92,10 +94,3 @@ def _stop_after(seconds: float | None, out: str | Path) -> Iterator[None]:
         yield
     finally:
         timer.cancel()
-
-
-def _record(out: str | Path, rule: StopWhen | None, seen: list[InterimAnalysis], reason: str) -> None:
-    """Write the estimates at the looks and the reason of the end into the folder."""
-    looks = [{"samples": n, "enough": enough, **(found._asdict() if found else {})} for n, found, enough in seen]
-    content = {"quantity": rule.name() if rule is not None else "", "reason": reason, "looks": looks}
-    write_text(Path(out) / "stopping.json", json.dumps(content, indent=2) + "\n")

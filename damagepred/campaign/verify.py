@@ -162,18 +162,12 @@ def _set_aside(folder: StudyFolder, file: Path, why: str) -> str:
     return f"{why} It was set aside as {folder.set_aside(file)}."
 
 
-def _count_hashes(folder: StudyFolder) -> Counter[str]:
-    """Study hashes in the files of a folder, with the number of files."""
-    carried: Counter[str] = Counter()
+def _repair_study(folder: StudyFolder) -> Iterator[str]:
+    """Restore the frozen study from the design."""
+    carried: Counter[str] = Counter()  # hashes of the study in the other files
     for file in (folder.manifest_file, folder.design_file, folder.results_file, *folder.part_files()):
         with suppress(InputError):
             carried.update(filter(None, [signature(file)]))
-    return carried
-
-
-def _repair_study(folder: StudyFolder) -> Iterator[str]:
-    """Restore the frozen study from the design."""
-    carried = _count_hashes(folder)
     wanted = carried.most_common(1)[0][0] if carried else None
     with suppress(InputError):
         text = folder.study_text()

@@ -169,14 +169,7 @@ class Seasons:
         return np.arange(1, 2 * self.years + 1) / 2.0
 
     def movements(self) -> FloatArray:
-        """Movement at the end of each half year (m), positive on the side of ``movement.kind``.
-
-        Examples
-        --------
-        >>> from damagepred import scene
-        >>> (1e3 * scene.Seasons(years=1, swing="10 mm", swing_cov=0, trend="4 mm").movements()).tolist()
-        [7.0, -1.0]
-        """
+        """Movement at the end of each half year (m), positive on the side of ``movement.kind``."""
         of_swing, of_mean, of_steps = map(np.random.default_rng, np.random.SeedSequence(self.seed).spawn(3))
         size = np.maximum(1.0 + self.swing_cov * self._yearly(of_swing), 0.0)
         movement = self.trend * self.times / self.years + np.repeat(self.shift * self._yearly(of_mean), 2)

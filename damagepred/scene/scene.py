@@ -629,20 +629,7 @@ class Scene:
             raise InputError(f"'{fixed[0]}': follows from other keys; sample these, such as {by}.")
 
     def with_seed(self, *entropy: int) -> Scene:
-        """Copy with another seed of its seasons and survey errors, if any.
-
-        Parameters
-        ----------
-        *entropy : int
-            Whole numbers, such as the seed of a study and the number of a sample.
-
-        Examples
-        --------
-        >>> from damagepred import Movement, Scene, scene
-        >>> house = Scene(movement=Movement(seasons=scene.Seasons(years=10, swing="8 mm")))
-        >>> house.with_seed(1, 4) == house.with_seed(1, 4) != house.with_seed(1, 5)
-        True
-        """
+        """Copy with another seed of its seasons and survey errors, such as a study's seed and a sample's number."""
         if self.movement.seasons is None and not self.movement.survey_error:
             return self
         scene = replace(self, movement=self.movement.with_seed(*entropy))

@@ -60,16 +60,7 @@ class Strain:
         return self.growth + self.thermal_expansion * self.temperature_change
 
     def over(self, time: FloatArray) -> FloatArray:
-        """Strain (1) at the times of a history (years since the dead load, to its end); 0 at time 0.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from damagepred import scene
-        >>> clay = scene.Strain(growth="0.7 mm/m", growth_years=15)
-        >>> (1e3 * clay.over(np.array([0.0, 1.0, 15.0, 30.0]))).round(3).tolist()
-        [0.0, 0.175, 0.7, 0.867]
-        """
+        """Strain (1) at the times of a history (years since the dead load, to its end); 0 at time 0."""
 
         def course(t: FloatArray | float) -> FloatArray:
             share = np.asarray(t) / self.growth_time

@@ -181,16 +181,12 @@ def _capacity_intervals(reached: Int8Array, given: FloatArray, category: int) ->
     return lower, np.where(ever, movement[np.arange(len(first)), first], np.inf)
 
 
-def reached_by(upper: FloatArray, movement: float) -> BoolArray:
-    """Whether walls are known to have reached the category by a movement, array (walls,)."""
-    return upper <= movement * (1 + ROUNDING)
-
-
 def probability_reached(lower: FloatArray, upper: FloatArray, movement: float) -> FloatArray:
     """Probability that each wall has reached the category, array (walls,); 0 for censored walls."""
     with np.errstate(invalid="ignore", divide="ignore"):
         inside = (movement - lower) / (upper - lower)
-    return np.where(reached_by(upper, movement), 1.0, np.where(np.isinf(upper), 0.0, np.clip(inside, 0.0, 1.0)))
+    reached = upper <= movement * (1 + ROUNDING)
+    return np.where(reached, 1.0, np.where(np.isinf(upper), 0.0, np.clip(inside, 0.0, 1.0)))
 
 
 def censored_before(lower: FloatArray, upper: FloatArray, movement: float) -> BoolArray:

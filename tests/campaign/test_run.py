@@ -100,7 +100,8 @@ def test_a_failed_sample_is_recorded_and_the_others_continue(tmp_path: Path, mon
         summary = Study(settings()).run(tmp_path / "moody.dp", samples=3, executor=executor)
     assert (summary.done, summary.failed) == (3, 1)
     folder = StudyFolder(tmp_path / "moody.dp")
-    ((number, record),) = folder.failed().items()
+    (number,) = folder.failed_samples()
+    record = folder.failure(number)
     assert record["reason"] == "not_converged"
     assert "block 5" in record["message"]
     assert set(record["inputs"]) == {"joint.friction", "movement.central_deflection"}

@@ -14,7 +14,7 @@ from damagepred.archive.digest import signed_json
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import joined, write_part
 from damagepred.campaign import cost_estimate, status
-from damagepred.campaign.cost_estimate import _elsewhere, _errors, _percent, _zone_bytes, estimate_cost
+from damagepred.campaign.cost_estimate import _elsewhere, _errors, _percent, estimate_cost
 from damagepred.campaign.dispatch import Batches, GivenExecutor
 from damagepred.campaign.sample import Outcome, already_done
 from damagepred.campaign.settings import StudySettings, differing_keys, merged, read_frozen, study_tables
@@ -110,10 +110,7 @@ def test_categories_means_and_keys_of_settings(tmp_path: Path) -> None:
     assert study_tables(tmp_path / "study.toml") == ({"scene": {"wall": {"length": 2.0}}}, tmp_path / "scene")
 
 
-def test_memory_of_zones_and_errors_of_presets() -> None:
-    mesh = SimpleNamespace(zones=np.zeros((10, 3)), x=np.zeros(7))
-    assert _zone_bytes(SimpleNamespace(mesh=mesh), 4) == 5 * (10 * 33 + 7 * 16)
-    assert _zone_bytes(SimpleNamespace(mesh=None), 4) == 0
+def test_errors_of_presets() -> None:
     assert [_percent(share) for share in (0.0, 4.9e-6, 5e-6, 0.0123)] == ["0 %", "0 %", "0.0005 %", "1.2 %"]
 
     def measured(quantity: str, error: float, times: float, floor: float = 0.0) -> Any:

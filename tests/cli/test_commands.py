@@ -206,7 +206,7 @@ def test_an_interrupted_study_keeps_what_was_done_and_goes_on(small_study_file: 
     kept = {p.name: p.read_bytes() for p in folder.parts.iterdir()}
     done = len(folder.finished())
     assert 3 <= done < 400
-    assert not folder.failed()
+    assert not folder.failed_samples()
     assert int((open_study(folder.path)["status"].values == 0).sum()) == done
     resumed = subprocess.run(
         [*arguments[:5], "-n", str(done + 2), "-j", "2"], capture_output=True, text=True, check=False
@@ -228,7 +228,7 @@ def test_failed_samples_end_with_code_3(command: Run, tmp_path: Path, small_stud
     assert "did not settle within 100 cycles" in result.err
     assert "block" in result.err
     assert "2 failed" in result.out
-    assert set(StudyFolder(tmp_path / "small.dp").failed()) == {0, 1}
+    assert StudyFolder(tmp_path / "small.dp").failed_samples() == {0, 1}
     assert np.array_equal(open_study(tmp_path / "small.dp")["status"].values, [2, 2])
     fragility = command("fragility", tmp_path / "small.dp")
     assert fragility.code == 2

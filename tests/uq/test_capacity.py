@@ -11,7 +11,7 @@ from damagepred.analyses import limit_state
 from damagepred.analyses.limit_state import Question, margin
 from damagepred.analyses.variance_shares import _output_of
 from damagepred.enumerations import SampleStatus
-from damagepred.uq.capacity import capacities, censored_before, probability_reached, reached_by
+from damagepred.uq.capacity import capacities, censored_before, probability_reached
 from damagepred.uq.exceedance import category_capacities, exceedance, known_hits, pseudo_values
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.movement_distribution import as_distribution
@@ -62,7 +62,6 @@ def test_all_agree_at_an_increment(category: int, mark: int, ended: bool) -> Non
     hit = probability_reached(known.lower, known.upper, at)
     hit[censored_before(known.lower, known.upper, at)] = np.nan
     np.testing.assert_array_equal(hit, truth)
-    np.testing.assert_array_equal(reached_by(known.upper, at), truth == 1.0)
     solved = ds["status"].values != SampleStatus.FAILED
     walls = category_capacities(ds, category)
     for unknown in (0.0, 1.0):

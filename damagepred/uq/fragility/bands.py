@@ -242,15 +242,11 @@ def confidence_band(draws: ParameterDraws, row: FloatArray, grid: FloatArray, co
     estimate = draws.resampled.estimate
     best = _curve_quantities(estimate[:1], estimate[None, 1:] @ row, grid)[0]
     below = ((values < best).sum(axis=0) + 0.5 * (values == best).sum(axis=0) + 0.5) / (len(values) + 1)
-    bias, z = special.ndtri(below), expanded_percentiles(tails, walls)[:, None]
+    # expanded percentiles (Hesterberg 2015, Am. Stat. 69): resamples scatter too little by the root of (n - 1) / n
+    n = max(walls, 2.0)
+    bias, z = special.ndtri(below), np.sqrt(n / (n - 1.0)) * special.stdtrit(n - 1.0, tails)[:, None]
     z = bias + (bias + z) / (1.0 - _acceleration(draws.resampled, row, grid) * (bias + z))
     return _quantiles(values, special.ndtr(z))
-
-
-def expanded_percentiles(tails: FloatArray, walls: float) -> FloatArray:
-    """Normal quantiles of expanded percentiles of resampled fits (Hesterberg 2015, Am. Stat. 69)."""
-    n = max(walls, 2.0)  # resamples scatter too little by the root of (n - 1) / n: Student's interval of a mean
-    return np.asarray(np.sqrt(n / (n - 1.0)) * special.stdtrit(n - 1.0, tails))
 
 
 def _curve_quantities(g: FloatArray, h: FloatArray, grid: FloatArray) -> FloatArray:
