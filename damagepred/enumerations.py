@@ -66,10 +66,8 @@ class SampleStatus(IntEnum):
     MISSING = 3
 
 
-SOLVED = (SampleStatus.COMPLETE, SampleStatus.COLLAPSED)
-"""Status of samples that were solved as far as was asked."""
-UNSOLVED = (SampleStatus.FAILED, SampleStatus.MISSING)
-"""Status of the others."""
+SOLVED = (SampleStatus.COMPLETE, SampleStatus.COLLAPSED)  # status of samples that were solved as far as was asked
+UNSOLVED = (SampleStatus.FAILED, SampleStatus.MISSING)  # status of the others
 
 
 class PathStatus(StrEnum):

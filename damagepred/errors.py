@@ -7,10 +7,8 @@ from difflib import get_close_matches
 from math import inf, isfinite, nan
 from numbers import Integral, Real
 
-LONGEST_MESSAGE = 2000
-"""Characters of a message."""
-LONGEST_VALUE = 100
-"""Characters of a value in a message."""
+LONGEST_MESSAGE = 2000  # characters of a message
+LONGEST_VALUE = 100  # characters of a value in a message
 
 
 class DamagepredError(Exception):

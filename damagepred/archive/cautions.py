@@ -102,8 +102,7 @@ def wall_cautions(ds: xr.Dataset) -> list[str]:
     return sentences
 
 
-PASSES_DETERMINED = 3
-"""Passes of zero from which histories of cracked walls are undetermined (studies/determined)."""
+PASSES_DETERMINED = 3  # passes of zero from which histories of cracked walls are undetermined (studies/determined)
 _RINGING = (
     "the explicit solver oscillates as bonds break, and rounding may decide which bond breaks next. Single widths may "
     'differ on another processor. Compare with method = "quasi_static", or judge on many samples.'

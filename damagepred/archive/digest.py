@@ -19,11 +19,9 @@ from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import DamagedError
 from damagepred.inputs.input_files import opened, parse_json, read_bytes
 
-SINCE = 4
-"""Schema version from which on files of a study have digests."""
+SINCE = 4  # schema version from which on files of a study have digests
 
-NO_STUDY = "-" * 16
-"""Placeholder for the hash in files without a study."""
+NO_STUDY = "-" * 16  # placeholder for the hash in files without a study
 
 _END = re.compile(
     rb"(?:\n# crc32 (?P<crc32>[0-9a-f]{8}) sha256 (?P<sha256>[0-9a-f]{64}) study (?P<study>[0-9a-f]{16}|-{16})\n"

@@ -20,11 +20,9 @@ from damagepred.archive.schema import VARIABLES, check_attributes, check_values
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError
 
-_ONE_AT_A_TIME = threading.RLock()
-"""The HDF5 library crashes when two threads use it, and a study may run in threads."""
+_ONE_AT_A_TIME = threading.RLock()  # the HDF5 library crashes when two threads use it, and a study may run in threads
 
-PICTURES = (".png", ".pdf", ".svg")
-"""Suffixes of pictures."""
+PICTURES = (".png", ".pdf", ".svg")  # suffixes of pictures
 
 FILE_SUFFIXES = (*PICTURES, ".nc", ".csv", ".xml", ".json", ".html", ".toml")
 """Suffixes of files; folders of results have other names."""

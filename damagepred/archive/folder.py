@@ -51,8 +51,7 @@ from damagepred.inputs.input_files import as_text, read_bytes, read_text
 _BEGUN = (".lock", ".writer", ".stop", "parts", "failures", "manifest.json", "design.nc")
 """Files that an interrupted creation leaves in a folder."""
 
-DESIGN_ATTRIBUTES = ("title", "seed", "study", "scene", "highest_category", "span")
-"""Attributes that every design has."""
+DESIGN_ATTRIBUTES = ("title", "seed", "study", "scene", "highest_category", "span")  # attributes that every design has
 
 _PART = re.compile(r"samples?-(\d+)(?:-(\d+))?\.nc")
 _FAILURE = re.compile(r"sample-(\d+)\.json")

@@ -22,8 +22,7 @@ from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import DamagedError, InputError
 from damagepred.inputs.input_files import LARGEST_TABLE, read_bytes
 
-CLASSIC = b"CDF"
-"""First bytes of a file in the classic format."""
+CLASSIC = b"CDF"  # first bytes of a file in the classic format
 
 
 class Column(NamedTuple):

@@ -17,8 +17,7 @@ from damagepred.enumerations import SOLVED, ContactKind, ContactState, SampleSta
 from damagepred.errors import DamagedError, InputError
 from damagepred.inputs.input_files import parse_toml
 
-SCHEMA_VERSION = 9
-"""Increases when names, meanings or files change; ``damagepred.archive.versions`` reads all versions."""
+SCHEMA_VERSION = 9  # increases when names, meanings or files change; ``damagepred.archive.versions`` reads all versions
 
 
 @dataclass(frozen=True)
@@ -61,8 +60,7 @@ MOVEMENTS = (
 CATEGORIES = ("negligible", "very_slight", "slight", "moderate", "severe", "very_severe")
 CATEGORY_VARIABLES = ("damage_category", "damage_category_band")
 """Category by the chosen measure, and by the width of the widest crack band."""
-WORST_CATEGORY = "damage_category_worst"
-"""Largest category to date in a history."""
+WORST_CATEGORY = "damage_category_worst"  # largest category to date in a history
 
 _FLAGS = {
     **dict.fromkeys((*CATEGORY_VARIABLES, WORST_CATEGORY), CATEGORIES),
@@ -189,8 +187,7 @@ def category_label(ds: xr.Dataset, category: int, variable: str = "damage_catego
     return f"{category} {flag_name(ds, category, variable)}" if category >= 0 else "not known"
 
 
-FLAG_FILL = np.int8(-1)
-"""Value of an unknown flag."""
+FLAG_FILL = np.int8(-1)  # value of an unknown flag
 
 
 def require(ds: xr.Dataset, names: Iterable[str], result: str) -> None:

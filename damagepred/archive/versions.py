@@ -96,10 +96,8 @@ def _counted_from_1(ds: xr.Dataset) -> xr.Dataset:
     return ds.assign_attrs(attrs)
 
 
-COUNTS_FROM_1 = 8
-"""First version whose keys count from 1."""
-ELASTIC_BRICKS = 9
-"""First version with elastic bricks by default."""
+COUNTS_FROM_1 = 8  # first version whose keys count from 1
+ELASTIC_BRICKS = 9  # first version with elastic bricks by default
 
 MIGRATIONS: dict[int, Migration] = {
     **dict.fromkeys((1, 2, 3), lambda ds: ds),

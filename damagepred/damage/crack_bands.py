@@ -21,10 +21,8 @@ from damagepred.damage.joints import JointMap, Profile
 
 PARALLEL = 1e-6
 """Slope of a joint, relative to the normal of a gauge, below which the gauge crosses it at right angles (1)."""
-TO_THE_MIDDLE = 1e-5
-"""Shift of a gauge towards the middle of the joint that it starts at (1)."""
-ROUNDING = 1e-9
-"""Relative rounding of lengths, and the least weight of a node in a reading (1)."""
+TO_THE_MIDDLE = 1e-5  # shift of a gauge towards the middle of the joint that it starts at (1)
+ROUNDING = 1e-9  # relative rounding of lengths, and the least weight of a node in a reading (1)
 
 
 @dataclass(frozen=True)

@@ -89,8 +89,7 @@ def _upward(x: FloatArray, y: FloatArray, courses: list[IntArray], gauge: float)
     return np.concatenate(lower), np.concatenate(upper)
 
 
-OPPOSITE = ((0, 2), (1, 3))
-"""Corners that a diagonal joins."""
+OPPOSITE = ((0, 2), (1, 3))  # corners that a diagonal joins
 
 
 class Distortion(NamedTuple):

@@ -14,8 +14,7 @@ from damagepred.arrays import FloatArray, Int8Array
 from damagepred.inputs.data_files import data_tables
 from damagepred.inputs.documentation import documented
 
-ROUNDING = 1e-9
-"""Relative rounding of values at a limit (1)."""
+ROUNDING = 1e-9  # relative rounding of values at a limit (1)
 
 
 def level_of(values: ArrayLike, limits: Sequence[float], *, limit_is_below: bool = False) -> Int8Array:

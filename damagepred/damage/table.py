@@ -22,8 +22,7 @@ from damagepred.inputs.documentation import documented
 from damagepred.inputs.input_files import read_toml
 from damagepred.inputs.text import category_names, check_title
 
-TABLES = ("as2870", "bre251")
-"""Damage tables that come with the package."""
+TABLES = ("as2870", "bre251")  # damage tables that come with the package
 OWN_MEASURES = {"width": "crack_width_max", "band": "crack_band_width_max", "count": "crack_count"}
 OWN_MEASURES |= {"length": "crack_length_total", "psi": "psi", "distortion": "opening_distortion", "value": ""}
 """Measures of own states, and their archive variables; ``value`` is a result of the function."""
@@ -32,8 +31,7 @@ STATE_TAKES = (
     *("base_crack_width_max", "dpc_opening_max", "dpc_separation_length", "dpc_slip_max", "footing_opening_max"),
 )
 """Archive variables that own states and their functions take."""
-VISIBLE = 1e-4
-"""Smallest width of a crack that own states count (m): the first limit of the damage tables."""
+VISIBLE = 1e-4  # smallest width of a crack that own states count (m): the first limit of the damage tables
 
 
 @documented

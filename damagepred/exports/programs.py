@@ -98,8 +98,7 @@ def export_curves(
     return [path]
 
 
-RARE = 1e-3
-"""Crossings of two curves below this probability, or closer to 1 than this, are tolerated."""
+RARE = 1e-3  # crossings of two curves below this probability, or closer to 1 than this, are tolerated
 
 
 def limit_states(
@@ -166,8 +165,7 @@ def _listed(categories: Sequence[int]) -> str:
     return ",".join(str(c) for c in categories)
 
 
-COMPONENT = "masonry.wall"
-"""Default name of the component."""
+COMPONENT = "masonry.wall"  # default name of the component
 
 
 DEMANDS = {
@@ -250,14 +248,11 @@ INTENSITY = "PGD"
 MODEL = "masonry_wall"
 """Default name of the model and its function: the taxonomy of exposed assets."""
 
-NOTHING = 1e-6
-"""Probability of the least category below which OpenQuake assumes no damage."""
+NOTHING = 1e-6  # probability of the least category below which OpenQuake assumes no damage
 
-ALL = 1 - 1e-6
-"""Probability of the worst category up to which curves are exported; OpenQuake keeps them constant above."""
+ALL = 1 - 1e-6  # probability of the worst category up to which curves are exported; OpenQuake keeps them constant above
 
-LEVELS = 60
-"""Levels of a discrete function, evenly spaced in the logarithm."""
+LEVELS = 60  # levels of a discrete function, evenly spaced in the logarithm
 
 
 @checked

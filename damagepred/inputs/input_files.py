@@ -15,12 +15,9 @@ from damagepred.errors import InputError, nearest
 MIB = 2**20
 LARGEST_DESCRIPTION = 16 * MIB
 """Largest file of a scene, a study or other settings (bytes)."""
-LARGEST_TABLE = 512 * MIB
-"""Largest table of numbers (bytes)."""
-DEEPEST = 32
-"""Tables and lists inside each other in a description."""
-LARGEST_WHOLE = 2**63
-"""Whole numbers of TOML have 64 bits."""
+LARGEST_TABLE = 512 * MIB  # largest table of numbers (bytes)
+DEEPEST = 32  # tables and lists inside each other in a description
+LARGEST_WHOLE = 2**63  # whole numbers of TOML have 64 bits
 
 
 def read_bytes(path: str | Path, largest: int = LARGEST_DESCRIPTION) -> bytes:

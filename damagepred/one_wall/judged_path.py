@@ -40,8 +40,7 @@ class Gauges(NamedTuple):
     frames: Frames
 
 
-_RECENT: list[tuple[Model, Gauges]] = []
-"""Gauges of the last models; a house has one per wall."""
+_RECENT: list[tuple[Model, Gauges]] = []  # gauges of the last models; a house has one per wall
 
 
 def gauges(model: Model) -> Gauges:

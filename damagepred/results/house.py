@@ -29,8 +29,7 @@ PLACES = ("block", "contact", "vertex", "opening", "section")
 """Dimensions along which the walls of a house follow each other."""
 NOT_OF_HOUSE = ("central_deflection", "deflection_ratio", "base_reaction")
 """Results of each wall whose largest value says nothing about the house; the reaction is a sum."""
-_STATE = ("opening", "slip", "state")
-"""Contact fields that damage is judged by."""
+_STATE = ("opening", "slip", "state")  # contact fields that damage is judged by
 
 
 def is_house(ds: xr.Dataset) -> bool:

@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from damagepred.uq.exceedance import Exceedance
 
 
-MM = 1e3
-"""Millimetres in a metre."""
+MM = 1e3  # millimetres in a metre
 
 
 def most_damaged_first(street: xr.Dataset) -> IntArray:
@@ -36,8 +35,7 @@ def most_damaged_first(street: xr.Dataset) -> IntArray:
     return np.lexsort(-np.nan_to_num(street["probability"].transpose("category", "house").values, nan=-1.0))
 
 
-DOUBTFUL = 0.05
-"""Goodness of fit below which a curve is doubtful."""
+DOUBTFUL = 0.05  # goodness of fit below which a curve is doubtful
 
 _IN_TIME = ("contact_points", "contact points"), ("impacts", "impacts")
 
@@ -435,8 +433,7 @@ def standing_out(indices: xr.Dataset) -> list[int]:
     return [int(i) for i in np.argsort(-np.abs(indices["partial"].values)) if sure[i]]
 
 
-YEARS = (1, 2, 5, 10, 20, 30, 50, 100)
-"""Years of a history that have a row, in addition to its last."""
+YEARS = (1, 2, 5, 10, 20, 30, 50, 100)  # years of a history that have a row, in addition to its last
 
 
 def year_frame(ds: xr.Dataset, confidence: float = 0.9) -> pd.DataFrame:

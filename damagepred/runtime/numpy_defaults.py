@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-_DEFAULTS = ContextVar("numpy defaults", default=False)
-"""Whether they hold."""
+_DEFAULTS = ContextVar("numpy defaults", default=False)  # whether they hold
 _PRINTING: dict[str, Any] = {"precision": 8, "threshold": 1000, "edgeitems": 3, "linewidth": 75, "suppress": False}
 _PRINTING |= {"nanstr": "nan", "infstr": "inf", "formatter": None, "sign": "-", "floatmode": "maxprec", "legacy": False}
 

@@ -75,15 +75,9 @@ class Measured(NamedTuple):
 def measured() -> list[Measured]:
     """All measured errors, from ``data/accuracy.csv``."""
     with data_file("accuracy.csv").open(newline="", encoding="utf-8") as file:
-        return [
-            Measured(
-                row["accuracy"],
-                row["method"],
-                row["wall"],
-                row["dpc"] == "1",
-                row["opening"] == "1",
-                row["quantity"],
-                *(float(row[name] or math.nan) for name in ("error", "floor", "times")),
-            )
-            for row in csv.DictReader(file)
-        ]
+        rows: list[dict[str, Any]] = list(csv.DictReader(file))
+    flags, numbers = ("dpc", "opening"), ("error", "floor", "times")
+    return [
+        Measured(**row | {name: row[name] == "1" for name in flags} | {n: float(row[n] or math.nan) for n in numbers})
+        for row in rows
+    ]

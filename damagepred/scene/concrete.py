@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import re
-import tomllib
-from functools import cache
+from functools import partial
 from math import sqrt
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field, model_validator
 
 from damagepred.errors import nearest
-from damagepred.inputs.data_files import data_file
+from damagepred.inputs.data_files import data_tables
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Length, Moment, Pressure, Pure
 
+_tables = partial(data_tables, "materials", "concrete.toml")
 _MESH = re.compile(r"\s*(\d{1,2})\s*[-x]?\s*([A-Za-z]\w*)\s*")
-
-
-@cache
-def _tables() -> dict[str, Any]:
-    return tomllib.loads(data_file("materials", "concrete.toml").read_text(encoding="utf-8"))
 
 
 @described

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from damagepred.errors import InputError, nearest
-from damagepred.inputs.data_files import data_file
+from damagepred.inputs.data_files import data_tables
 from damagepred.inputs.documentation import documented
 
 REMOVED = "none"  # word of a scene that takes away a value or table of its material
@@ -65,7 +64,7 @@ def masonry_library() -> dict[str, Material]:
     0.3
     """
     found = {}
-    for name, table in tomllib.loads(data_file("materials", "library.toml").read_text(encoding="utf-8")).items():
+    for name, table in data_tables("materials", "library.toml").items():
         values = {}
         for place, value in table["values"].items():
             confidence = value["confidence"]

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
-from damagepred.inputs.data_files import data_file
+from damagepred.inputs.data_files import data_tables
 from damagepred.inputs.documentation import documented
 
 
@@ -75,7 +73,7 @@ def site_classes() -> tuple[SiteClass, ...]:
     """
     return tuple(
         SiteClass(c["name"], float(c.get("above", -math.inf)), float(c.get("up_to", math.inf)), c["description"])
-        for c in _ground("site_classes")["class"]
+        for c in data_tables("ground", "site_classes.toml")["class"]
     )
 
 
@@ -97,7 +95,7 @@ def site_class(surface_movement: float) -> SiteClass:
 
 def of_climatic_zone(table: str, zone: int) -> float:
     """Value of a climatic zone of AS 2870, 1 to 6: "suction_depth" (m), or "suction_change" (pF, assumed)."""
-    values = _ground("site_classes")[table]
+    values = data_tables("ground", "site_classes.toml")[table]
     if f"zone_{zone}" not in values:
         raise InputError(f"zone = {zone!r}: must be a climatic zone of AS 2870, 1 to 6.")
     return float(values[f"zone_{zone}"])
@@ -126,7 +124,7 @@ def standard_footings() -> tuple[StandardFooting, ...]:
     >>> {footing.construction: footing.depth for footing in scene.standard_footings() if footing.site_class == "M"}
     {'clad_frame': 0.4, 'masonry_veneer': 0.5, 'full_masonry': 0.9}
     """
-    return tuple(StandardFooting(**entry) for entry in _ground("footings")["footing"])
+    return tuple(StandardFooting(**entry) for entry in data_tables("ground", "footings.toml")["footing"])
 
 
 @checked
@@ -154,8 +152,3 @@ def standard_footing(site: str, construction: str) -> StandardFooting:
             f"{', '.join(footings)}." + nearest(wanted, list(footings))
         )
     return footings[wanted]
-
-
-@cache
-def _ground(name: str) -> dict[str, Any]:
-    return tomllib.loads(data_file("ground", f"{name}.toml").read_text(encoding="utf-8"))

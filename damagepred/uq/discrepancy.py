@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import itertools
-import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
-from functools import cache, partial
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,15 +14,11 @@ from pydantic import Field
 from scipy import special
 
 from damagepred.arrays import FloatArray
-from damagepred.inputs.data_files import data_file
+from damagepred.inputs.data_files import data_tables
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Length, Pure
 
-
-@cache
-def _shipped_terms() -> dict[str, dict[str, Any]]:
-    """Read value, interval, source and confidence of each term of the model's discrepancy."""
-    return tomllib.loads(data_file("statistics", "discrepancy.toml").read_text(encoding="utf-8"))
+_shipped_terms = partial(data_tables, "statistics", "discrepancy.toml")  # with interval, source and confidence
 
 
 def _shipped(name: str) -> Callable[[], float]:

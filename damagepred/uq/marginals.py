@@ -13,8 +13,7 @@ from scipy import special
 
 from damagepred.arrays import FloatArray
 
-Marginal = Any
-"""Distribution with the methods cdf, sf, ppf, isf, mean and std of frozen distributions of scipy.stats."""
+Marginal = Any  # distribution with the methods cdf, sf, ppf, isf, mean and std of frozen distributions of scipy.stats
 
 
 def from_normal(marginal: Marginal, z: FloatArray) -> FloatArray:

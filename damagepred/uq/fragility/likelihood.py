@@ -33,9 +33,7 @@ class LinearBounds(NamedTuple):
 
     def part(self, which: slice) -> LinearBounds:
         """Return some of the rows."""
-        return LinearBounds(
-            self.below[which], self.above[which], self.no_below[which], self.no_above[which], self.exact[which]
-        )
+        return LinearBounds(*(column[which] for column in self))
 
     @property
     def parameters(self) -> int:
