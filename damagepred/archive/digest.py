@@ -20,7 +20,6 @@ from damagepred.errors import DamagedError
 from damagepred.inputs.input_files import opened, parse_json, read_bytes
 
 SINCE = 4  # schema version from which on files of a study have digests
-
 NO_STUDY = "-" * 16  # placeholder for the hash in files without a study
 
 _END = re.compile(

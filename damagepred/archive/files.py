@@ -21,7 +21,6 @@ from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError
 
 _ONE_AT_A_TIME = threading.RLock()  # the HDF5 library crashes when two threads use it, and a study may run in threads
-
 PICTURES = (".png", ".pdf", ".svg")  # suffixes of pictures
 
 FILE_SUFFIXES = (*PICTURES, ".nc", ".csv", ".xml", ".json", ".html", ".toml")

@@ -36,7 +36,6 @@ TABLE = "environments"
 """Attribute of the variable ``environment``: the distinct environments of a file's samples, as a JSON list."""
 
 GIVEN = "scene_given"  # attribute with the keys of the user's file; all other values are defaults
-
 UNITS = "scene_units"  # attribute with the units that the user wrote, by key, as JSON
 
 

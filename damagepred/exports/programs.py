@@ -249,9 +249,7 @@ MODEL = "masonry_wall"
 """Default name of the model and its function: the taxonomy of exposed assets."""
 
 NOTHING = 1e-6  # probability of the least category below which OpenQuake assumes no damage
-
 ALL = 1 - 1e-6  # probability of the worst category up to which curves are exported; OpenQuake keeps them constant above
-
 LEVELS = 60  # levels of a discrete function, evenly spaced in the logarithm
 
 

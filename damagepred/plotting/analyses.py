@@ -244,8 +244,7 @@ def draw_portfolio(street: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
-MOST_NAMES = 40
-"""Houses whose names still fit below the axis."""
+MOST_NAMES = 40  # houses whose names still fit below the axis
 
 _LABEL: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
 """Background of the labels of observed cracks."""

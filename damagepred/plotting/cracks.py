@@ -21,8 +21,7 @@ from damagepred.results.wall_cracks import WallCracks, crack_frame
 SHOWN = {"wall": 8, "below_dpc": 2, "dpc_opening": 2, "dpc_slip": 2}
 """Cracks of each part that get a number on the drawing: the widest."""
 
-_THICKNESS = (1.0, 1.6, 2.4, 3.4, 4.6, 5.8)
-"""Thickness of the line of a piece by its category (points)."""
+_THICKNESS = (1.0, 1.6, 2.4, 3.4, 4.6, 5.8)  # thickness of the line of a piece by its category (points)
 
 
 @checked

@@ -25,10 +25,8 @@ from damagepred.plotting.stress import STRESSES, check_stress, elastic_stress, o
 from damagepred.plotting.study import draw_paths
 from damagepred.uq.intensity import movement_measure, movement_words
 
-MOST_LINES = 10
-"""Increments drawn at most along a wall."""
-BEDS = {"dpc": ContactKind.DPC, "footing": ContactKind.FOOTING_INTERFACE}
-"""Beds whose opening along the wall is drawn."""
+MOST_LINES = 10  # increments drawn at most along a wall
+BEDS = {"dpc": ContactKind.DPC, "footing": ContactKind.FOOTING_INTERFACE}  # beds whose opening along the wall is drawn
 SHOWN_SHARE = 0.4
 """Widest opening over the threshold from which the threshold is drawn: a lower one would lie on the axis."""
 _PLACES = ("block", "contact", "zone", "gridpoint")

@@ -26,10 +26,8 @@ from damagepred.uq.fragility.describe import median_lower_bound
 from damagepred.uq.fragility.fit import WITH_CURVE
 from damagepred.uq.intensity import OF_SITE, movement_words
 
-EMPIRICAL = "empirical"
-"""Status of a curve without a form."""
-DIMMED = 0.35
-"""Opacity of curves whose fit is doubtful."""
+EMPIRICAL = "empirical"  # status of a curve without a form
+DIMMED = 0.35  # opacity of curves whose fit is doubtful
 LEVELS, LINES = np.linspace(0.0, 1.0, 11), (0.1, 0.5, 0.9)
 """Limits of the bands of colour of a surface, and probabilities with a line."""
 

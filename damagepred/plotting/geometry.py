@@ -19,8 +19,7 @@ from damagepred.errors import InputError
 from damagepred.plotting import sheet
 from damagepred.plotting.colours import DPC_COLOUR, FOOTING_COLOUR, OUTLINE_COLOUR
 
-FINITE_ROTATION = 0.02
-"""Rotation (rad) from which it is drawn in full, not to first order."""
+FINITE_ROTATION = 0.02  # rotation (rad) from which it is drawn in full, not to first order
 DRAWN_DISPLACEMENT, LARGEST_EXAGGERATION = 0.045, 1000.0
 """Largest displacement on the drawing as a fraction of the wall's length, and largest factor for it."""
 SHORTEST_GAP = 0.01

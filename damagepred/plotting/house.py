@@ -21,12 +21,10 @@ from damagepred.results.house import house_of, unfolded, unfolded_places
 from damagepred.scene import House
 from damagepred.scene.plan import PlanWall
 
-GRID = 61
-"""Points of the ground along each axis of the plan."""
+GRID = 61  # points of the ground along each axis of the plan
 BOX = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
 """Box behind words on bricks."""
-MARGIN = 0.2
-"""Plan around the house, over its longer side (1)."""
+MARGIN = 0.2  # plan around the house, over its longer side (1)
 
 
 def draw_plan(house: House, ds: xr.Dataset | None = None, ax: Axes | None = None) -> Axes:
@@ -150,8 +148,7 @@ def _worst(ds: xr.Dataset, drawn: Deformed) -> tuple[str, str]:
 
 ELEVATION, ACROSS, AWAY = np.radians(38.0), np.array([0.75**0.5, 0.5]), np.array([-0.5, 0.75**0.5])
 """View of the axonometric drawing: from 38 degrees above; unit vectors in plan across it and away from the viewer."""
-CORNER_REACH = 0.4
-"""Distance from a corner (m) within which blocks show how a wall moves there."""
+CORNER_REACH = 0.4  # distance from a corner (m) within which blocks show how a wall moves there
 
 
 def draw_axonometric(

@@ -42,8 +42,7 @@ from damagepred.uq.fragility import fit_fragility
 MOST_FRAMES, FRAME_DPI, FRAME_TIME = 41, 80, 200
 """Frames of a moving picture at most, their resolution (dots per inch), and time of each (ms)."""
 
-GOODNESS = 100
-"""Times that walls are made up to judge the fit of the curves of a study's picture."""
+GOODNESS = 100  # times that walls are made up to judge the fit of the curves of a study's picture
 
 
 @checked

@@ -23,8 +23,7 @@ from damagepred.errors import InputError
 from damagepred.inputs.text import without_controls
 from damagepred.uq.intensity import OF_SITE, movement_measure, movement_words
 
-DPI = 150
-"""Resolution of all pictures (dots per inch)."""
+DPI = 150  # resolution of all pictures (dots per inch)
 
 PAGE_WIDTH, LANDSCAPE_WIDTH = 6.3, 9.8
 """Width of a picture on a printed page, 160 mm, and on one in landscape, 250 mm (inches)."""
@@ -196,8 +195,7 @@ def bar_below(ax: Axes, colours: ScalarMappable, label: str, **settings: Any) ->
     return bar
 
 
-BELOW_BAR = 0.95
-"""Distance of a legend below axes with a colour bar between (inches at 10 points)."""
+BELOW_BAR = 0.95  # distance of a legend below axes with a colour bar between (inches at 10 points)
 
 
 def legend_below(
@@ -230,8 +228,7 @@ def plain_number(value: float) -> str:
     return f"{float(f'{value:.3g}'):z.10f}".rstrip("0").rstrip(".")
 
 
-ROUND = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
-"""Digits of round numbers."""
+ROUND = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)  # digits of round numbers
 
 
 def nearest_round(value: float, digits: Sequence[float] = ROUND) -> float:

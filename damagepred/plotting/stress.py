@@ -27,14 +27,10 @@ STRESSES = {
 
 TAIL_PERCENT = 5.0
 """Percentage of the area at either end that does not count for the limits of the colours: corners peak."""
-LEVEL_MARGIN = 1.25
-"""Reach of the colours over the largest stress of the rest."""
-ONE_SIDED = 0.1
-"""Share on the other side of zero below which only one half of the colours is used."""
-SMALLEST_LEVEL = 1e-3
-"""End of the colours without any stress (MPa)."""
-MAX_BANDS = 18
-"""Bands of colour at most."""
+LEVEL_MARGIN = 1.25  # reach of the colours over the largest stress of the rest
+ONE_SIDED = 0.1  # share on the other side of zero below which only one half of the colours is used
+SMALLEST_LEVEL = 1e-3  # end of the colours without any stress (MPa)
+MAX_BANDS = 18  # bands of colour at most
 
 
 def check_stress(ds: xr.Dataset) -> None:

@@ -21,14 +21,9 @@ from damagepred.results.house import noun
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.intensity import movement_measure, movement_words
 
-NOT_KNOWN = -1
-"""In place of a category where the wall was not followed as far."""
-
-BEYOND = 1e300
-"""In place of an infinite width, to interpolate."""
-
-FEWEST = 0.8
-"""Share of the walls that must count for quantiles over them to be drawn."""
+NOT_KNOWN = -1  # in place of a category where the wall was not followed as far
+BEYOND = 1e300  # in place of an infinite width, to interpolate
+FEWEST = 0.8  # share of the walls that must count for quantiles over them to be drawn
 
 _NEEDED = ("damage_category", "status")
 _STUDY = "a study of `damagepred.open_study`"

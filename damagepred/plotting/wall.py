@@ -25,8 +25,7 @@ from damagepred.plotting.geometry import Deformed, Faces, ground_profile, settle
 from damagepred.plotting.rig import draw_footing_blocks, draw_rig, draw_soil, draw_test
 from damagepred.scene.scene import archived_scene
 
-DATUM = (0, (6, 4))
-"""Dashes of the top of the footing before any movement."""
+DATUM = (0, (6, 4))  # dashes of the top of the footing before any movement
 
 
 @checked

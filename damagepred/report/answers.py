@@ -11,8 +11,7 @@ from damagepred.uq.comparison import most_helpful
 from damagepred.uq.estimate import Estimate
 from damagepred.uq.intensity import ShownMeasure
 
-UNKNOWN = 0.995
-"""Distance of the bounds of a probability from which it counts as unknown."""
+UNKNOWN = 0.995  # distance of the bounds of a probability from which it counts as unknown
 
 
 def in_words(estimate: Estimate, of_what: str = "wall") -> str:

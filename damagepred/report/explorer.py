@@ -25,11 +25,8 @@ from damagepred.plotting.geometry import Deformed, Faces, Motion, ground_profile
 from damagepred.plotting.sheet import MM, moved_to
 from damagepred.uq.fragility import movement_measure
 
-LEVELS = 32_000
-"""Steps from 0 to the largest value of a packed array."""
-
-MOST_SHOWN = 41
-"""Increments of a path that a reader can choose among at most."""
+LEVELS = 32_000  # steps from 0 to the largest value of a packed array
+MOST_SHOWN = 41  # increments of a path that a reader can choose among at most
 
 
 def explorer(walls: Mapping[str, xr.Dataset]) -> str:

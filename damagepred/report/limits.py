@@ -15,8 +15,7 @@ from damagepred.report.quality import categories
 from damagepred.results.tables import Table
 from damagepred.uq.exceedance import Exceedance, exceedance
 
-BEYOND = "not moved as far"
-"""Entry where no wall was moved as far as the limit."""
+BEYOND = "not moved as far"  # entry where no wall was moved as far as the limit
 
 
 def limit_measure(ds: xr.Dataset) -> str:

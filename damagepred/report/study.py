@@ -40,17 +40,13 @@ if TYPE_CHECKING:
     from damagepred.one_wall.judged_path import Step
     from damagepred.uq.movement_distribution import MovementDistribution
 
-GOODNESS = 100
-"""Times that walls of a fitted curve are made up to judge its distance from the empirical one."""
+GOODNESS = 100  # times that walls of a fitted curve are made up to judge its distance from the empirical one
 
 MOST_LINES = 1000
 """Walls that are drawn as lines one by one; of more, the lines together are a picture inside the drawing."""
 
-HALF_PAGE = 5.2, 4.6
-"""Size (inches) of drawings that stand side by side."""
-
-MOST_FAILURES = 10
-"""Failed walls that are listed one by one."""
+HALF_PAGE = 5.2, 4.6  # size (inches) of drawings that stand side by side
+MOST_FAILURES = 10  # failed walls that are listed one by one
 
 _STUDY_FILE = "Study file with its scene, complete with defaults"
 

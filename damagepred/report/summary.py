@@ -27,8 +27,7 @@ from damagepred.uq.movement_distribution import SITE, MovementDistribution
 MOVEMENTS = ("movement.central_deflection", "movement.settlement", "mound.surface_movement")
 """Inputs that set the end of a path: the movement at damage does not depend on them."""
 
-NAMED_INPUTS = 3
-"""Inputs that a summary names at most."""
+NAMED_INPUTS = 3  # inputs that a summary names at most
 
 
 def wall_summary(ds: xr.Dataset) -> list[str]:
