@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 LONGEST_TITLE = 500  # characters of a title
-FORMULA = ("=", "+", "-", "@")  # what a spreadsheet takes for the beginning of a formula
+FORMULA = ("=", "+", "-", "@")  # beginnings of a formula in a spreadsheet
 
 
 def is_control(character: str) -> bool:

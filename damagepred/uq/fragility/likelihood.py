@@ -8,7 +8,7 @@ method serves separate curves, curves of a common dispersion, ordinal data and s
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import special
@@ -33,7 +33,8 @@ class LinearBounds(NamedTuple):
 
     def part(self, which: slice) -> LinearBounds:
         """Return some of the rows."""
-        return LinearBounds(*(column[which] for column in self))
+        columns: list[Any] = [column[which] for column in self]
+        return LinearBounds(*columns)
 
     @property
     def parameters(self) -> int:
