@@ -8,7 +8,7 @@ method serves separate curves, curves of a common dispersion, ordinal data and s
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy import special
@@ -33,8 +33,9 @@ class LinearBounds(NamedTuple):
 
     def part(self, which: slice) -> LinearBounds:
         """Return some of the rows."""
-        columns: list[Any] = [column[which] for column in self]
-        return LinearBounds(*columns)
+        return LinearBounds(
+            self.below[which], self.above[which], self.no_below[which], self.no_above[which], self.exact[which]
+        )
 
     @property
     def parameters(self) -> int:
