@@ -18,7 +18,7 @@ from damagepred.assembly import Limits
 from damagepred.campaign.cost_estimate import require_affordable
 from damagepred.campaign.sample import Solved, solve_sample
 from damagepred.campaign.settings import StudySettings
-from damagepred.errors import InputError, nearest
+from damagepred.errors import InputError, nearest, require_one_of
 from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
@@ -69,8 +69,7 @@ class StudyFunction:
             if name not in VARIABLES:
                 raise InputError(f"outputs: '{name}': studies have no such result." + nearest(name, VARIABLES))
         if movement is not None:
-            if movement not in get_args(Kept):
-                raise InputError(f"movement = {movement!r}: must be one of {', '.join(get_args(Kept))}.")
+            require_one_of("movement", movement, get_args(Kept))
             settings = replace(settings, study=replace(settings.study, movement=movement))
         self.settings = settings
         self.outputs = tuple(outputs)

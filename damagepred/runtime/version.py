@@ -13,10 +13,7 @@ PACKAGE = Path(__file__).parents[1]
 
 
 def source_hash(*folders: str) -> str:
-    """Hash of the sources in folders of the package, of numba's version and of Python's: of the same, the same code.
-
-    Compiled kernels depend on "kernels"; results also on the constants in "solvers".
-    """
+    """Hash of the sources in folders of the package, of numba's version and of Python's."""
     from importlib.metadata import version  # slow to import, and most imports need no hash
 
     digest = hashlib.sha256(f"{version('numba')} {sys.version_info[:3]}".encode())

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.enumerations import SOLVED, SampleStatus
-from damagepred.errors import InputError, require_confidence, require_count, require_number
+from damagepred.errors import InputError, require_confidence, require_count, require_number, require_one_of
 from damagepred.formatting import options_text
 from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
@@ -147,8 +147,7 @@ def fit_fragility(
             raise InputError(
                 f"the dataset has no variable '{needed}'; fragility needs a study as open_study returns it."
             )
-    if model not in get_args(Model):
-        raise InputError(f"model = {model!r}: must be one of {', '.join(get_args(Model))}.")
+    require_one_of("model", model, get_args(Model))
     name = chosen_intensity(ds, intensity)
     require_confidence(confidence)
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
