@@ -52,7 +52,11 @@ def length(value: float, digits: int = 3) -> str:
 
 def counted(words: str, houses: bool) -> str:
     """Words about the samples of a study, which are walls or houses."""
-    return re.sub(r"\b([Ww])all(?=s?\b)", lambda w: "House" if w[1] == "W" else "house", words) if houses else words
+    return (
+        re.sub(r"\b([Ww])all(?=s?\b(?!\.\w))", lambda w: "House" if w[1] == "W" else "house", words)
+        if houses
+        else words
+    )
 
 
 def ratio(value: float) -> str:

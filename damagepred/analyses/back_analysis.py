@@ -128,7 +128,7 @@ def _with_new_walls(
     """Study with one more round of walls near the posterior (adaptive importance sampling: Bugallo et al. 2017)."""
     study = Campaign.from_folder(walls.path)
     if study.settings.study.sampler == "table":
-        raise InputError(f"{walls.path}: new walls cannot be drawn, as the samples come from a table.")
+        raise InputError(f"{walls.path}: new samples cannot be drawn, as the samples come from a table.")
     shifts = {}
     if study.design.wall:
         count = int(walls.first[1])

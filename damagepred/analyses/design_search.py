@@ -9,7 +9,7 @@ random numbers); if the fields are drawn on the study's own wall, the joints' va
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from damagepred.arrays import FloatArray
 from damagepred.campaign.campaign import Campaign, Progress
 from damagepred.campaign.cost_estimate import seconds_per_wall
 from damagepred.campaign.dispatch import sample_timeout
-from damagepred.campaign.settings import StudySettings, merged, study_tables
+from damagepred.campaign.settings import StudySettings, key_values, study_tables, with_value
 from damagepred.campaign.workers import SharedPool
 from damagepred.errors import InputError, require_count
 from damagepred.formatting import duration
@@ -267,7 +267,7 @@ def damaged(ds: xr.Dataset, category: int, movement: str, unfollowed: float = 1.
     capacities = category_capacities(ds, category, measure, wanted_movement(ds, wanted, measure))
     least, most = (known_hits(capacities, wanted, unknown) for unknown in (0.0, 1.0))
     if (most - least == 1.0).all():
-        raise InputError(f"target.at = {wanted.name}: no wall has a result there; give the study a larger movement.")
+        raise InputError(f"target.at = {wanted.name}: no sample has a result there; give the study a larger movement.")
     result = np.full(ds.sizes["sample"], unfollowed)
     result[capacities.sample] = most if unfollowed else least
     return result
@@ -279,25 +279,22 @@ def _settings_of(
     """Study of an alternative: tables of the study file, with the scene's files in a folder, and of its options."""
     of_scene = tables["scene"]
     for option in chosen:
-        if "length" in option.scene.get("wall", {}):
+        changes = dict(key_values(option.scene))
+        if "wall.length" in changes:
             base.scene.require_own_length(f"option {option.name}")
-        of_scene = merged(of_scene, option.scene)
+        try:
+            for key, value in changes.items():
+                of_scene = with_value(of_scene, key, value)
+            base.require_not_drawn(changes, of_scene)
+        except InputError as error:
+            raise InputError(f"option {option.name}: {error}") from None
     scene = Scene.from_file_tables(of_scene, folder, f"alternative {' + '.join(option.name for option in chosen)}")
     settings = StudySettings.from_file_tables(tables, scene, file)
     how = replace(settings.study, samples=most, sampler="random", replicates=1, stop_when=None, title=None)
     drawn_on_joints = any(variable.field is not None for variable in settings.variables.values())
     if drawn_on_joints and how.fields_from is None:
         how = replace(how, fields_from=base.scene)
-    settings = replace(settings, study=how)
-    for option in chosen:
-        settings.require_not_drawn(_keys(option.scene), f"option {option.name}")
-    return settings
-
-
-def _keys(tables: Mapping[str, Any], table: str = "") -> Iterator[str]:
-    """Keys of nested tables, such as ``joint.friction``."""
-    for key, value in tables.items():
-        yield from _keys(value, f"{table}{key}.") if isinstance(value, Mapping) else (f"{table}{key}",)
+    return replace(settings, study=how)
 
 
 def _values_of_measures(

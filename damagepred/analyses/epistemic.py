@@ -64,7 +64,7 @@ def _changed(settings: StudySettings, name: str, changes: Mapping[str, Mapping[s
     for key, change in changes.items():
         if key not in wall:
             raise InputError(
-                f'{where} "{key}": is no variable with one value per wall; alternatives to fields are separate '
+                f'{where} "{key}": is no variable with one value per sample; alternatives to fields are separate '
                 "studies." + nearest(key, wall)
             )
         variables[key] = build(Variable, plain(variables[key]) | dict(change), f'{where} "{key}"')

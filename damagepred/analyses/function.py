@@ -119,7 +119,7 @@ class StudyFunction:
     def _dataset(self, solved: Sequence[Solved]) -> xr.Dataset:
         pattern = next((s.columns for s in solved if s.columns is not None), None)
         if pattern is None:
-            raise InputError(f"no wall could be solved; the first: {solved[0].outcome.message}")
+            raise InputError(f"no sample could be solved; the first: {solved[0].outcome.message}")
         for name in self.outputs:
             if name not in pattern:
                 available = ", ".join(n for n in pattern if n not in ("sample", "increment"))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import zlib
 from collections.abc import Callable, Iterable, Mapping
-from copy import deepcopy
 from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
@@ -20,7 +19,7 @@ from damagepred.archive.folder import open_study
 from damagepred.campaign.campaign import Campaign
 from damagepred.campaign.cost_estimate import seconds_per_wall
 from damagepred.campaign.dispatch import sample_timeout
-from damagepred.campaign.settings import StudySettings, study_tables
+from damagepred.campaign.settings import StudySettings, study_tables, with_value
 from damagepred.campaign.workers import SharedPool
 from damagepred.errors import InputError, require_count
 from damagepred.formatting import duration
@@ -29,7 +28,6 @@ from damagepred.inputs.input_files import parse_toml
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.scene.number_table import NumberTable, read_number_table
-from damagepred.scene.scene import entry_number, step_names
 from damagepred.uq.exceedance import (
     category_capacities,
     estimate_exceedance,
@@ -167,16 +165,22 @@ def read_houses(houses: str | Path, study: str | Path, at: str, samples: int | N
     tables, folder = study_tables(study)
     places = [table.names.index(name) for name in PLACES if name in table.names]
     coordinates = np.column_stack([table.numbers(k, "1") for k in places]) if places else np.empty((len(names), 0))
-    found = [_house(table, k, deepcopy(tables), (study, folder), samples, at) for k in range(len(names))]
+    found = [_house(table, k, base, tables, (study, folder), samples, at) for k in range(len(names))]
     return table, [House(name, *own, tuple(place)) for name, own, place in zip(names, found, coordinates.tolist())]
 
 
 def _house(
-    table: NumberTable, row: int, tables: dict[str, Any], files: tuple[Path, Path], samples: int | None, at: str
+    table: NumberTable,
+    row: int,
+    base: StudySettings,
+    tables: dict[str, Any],
+    files: tuple[Path, Path],
+    samples: int | None,
+    at: str,
 ) -> tuple[StudySettings, str]:
     """Study of one row, and the movement asked for; ``files``: the study file, and the folder of its scene."""
     source = f"{table.path}, line {table.cells.index[row]}"
-    name, keys = "", []
+    name, keys, of_scene = "", [], tables["scene"]
     for k, header in enumerate(table.names):
         cell = str(table.cells.iloc[row, k])
         if header == "name":
@@ -186,16 +190,16 @@ def _house(
         elif cell and header not in PLACES:
             keys.append(SHORT_NAMES.get(header, header))
             try:
-                _set(tables["scene"], keys[-1].split("."), _value(table, k, cell))
+                of_scene = with_value(of_scene, keys[-1], _value(table, k, cell))
             except InputError as error:
                 raise InputError(f"{source}, {header} = {cell!r}: {error}") from None
     study, folder = files
     try:
-        scene = Scene.from_file_tables(tables["scene"], folder, str(study))
+        base.require_not_drawn(keys, of_scene)
+        scene = Scene.from_file_tables(of_scene, folder, str(study))
         settings = StudySettings.from_file_tables(tables, scene, study)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
-    settings.require_not_drawn(keys, source)
     movement_distribution(at, option=f"{source}: at")
     seed = (settings.study.seed + zlib.crc32(name.encode())) % 2**63
     how = replace(settings.study, seed=seed, samples=samples or settings.study.samples, title=name)
@@ -211,30 +215,6 @@ def _value(table: NumberTable, column: int, cell: str) -> Any:
     if cell[0] in "[{" or cell in ("true", "false"):
         return parse_toml(f"value = {cell}", "the cell")["value"]
     return cell
-
-
-def _set(tables: Any, path: list[str], value: Any) -> None:
-    """Set a key of nested tables; entries of a list have names or count from 1, and walls share a key without."""
-    step, rest = path[0], path[1:]
-    if isinstance(tables, list):
-        if not rest and all("start" in entry for entry in tables):  # the same for all walls of a house
-            for wall in tables:
-                wall[step] = value
-            return
-        place: Any = entry_number(tables, step)
-        if place < 0:
-            names = ", ".join(step_names(tables))
-            raise InputError(f"the study's list has {len(tables)} entries ({names}), and no entry '{step}'.")
-    else:
-        place = step
-    if not rest:
-        tables[place] = value
-        return
-    if not isinstance(tables, list) and not isinstance(tables.get(place), dict | list):
-        if rest[0].isdigit():
-            raise InputError(f"the study has no [[{step}]]; give one there first.")
-        tables[place] = {}
-    _set(tables[place], rest, value)
 
 
 def _damage(ds: xr.Dataset, house: House, confidence: float) -> dict[str, Any]:

@@ -142,14 +142,14 @@ def _path_end(
     longest = end >= walls.largest * (1 - 1e-9)
     if weight[~longest].sum() > 0.5 * weight.sum():
         return cut, (
-            f'follow walls further, with stop_at_category = "none" under [study]: most of them end before '
+            f'follow samples further, with stop_at_category = "none" under [study]: most of them end before '
             f"{shown.factor * walls.largest:.3g} {shown.unit} (damage category reached, own movement, or failure)"
         )
     farthest = quantiles[-1] + max(options.further) * walls.largest
     if "forecast_quantile" in future:
         farthest = max(farthest, float(future["forecast_quantile"].max()))
     target = float(f"{farthest:.2g}")
-    advice = f"run walls to {shown.factor * target:.3g} {shown.unit}"
+    advice = f"run samples to {shown.factor * target:.3g} {shown.unit}"
     settings, more = read_frozen(StudyFolder(walls.path).study_text()), f"{walls.name}_farther"
     table, key = _MOVED_BY.get(walls.measure, ("", ""))
     movement = settings.scene.movement

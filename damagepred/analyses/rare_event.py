@@ -77,7 +77,7 @@ def rare_event(
     study = study_for_limit_state(settings, question)
     require_affordable(study, limits)
     if study.shape_varies and study.design().joint:
-        raise InputError("rare: walls of varying shape have varying numbers of joints; leave out their fields.")
+        raise InputError("rare: samples of varying shape have varying numbers of joints; leave out their fields.")
     check_output(folder.path)
     lock = folder.lock()
     try:
@@ -158,8 +158,8 @@ def _prepare(
         return tuple(solved)
     if not mix_versions:
         raise StudyError(
-            f"{folder.path}: its walls were solved by {'; '.join(solved)}, and this is {now}; use that program, or mix "
-            "versions with --mix-versions (mix_versions=True); the result then lists them."
+            f"{folder.path}: its samples were solved by {'; '.join(solved)}, and this is {now}; use that program, or "
+            "mix versions with --mix-versions (mix_versions=True); the result then lists them."
         )
     _write_question(folder, before | {"programs": [*solved, now]})
     return (*solved, now)

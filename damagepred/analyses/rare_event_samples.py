@@ -193,7 +193,7 @@ def _read_log(file: Path, question: str) -> dict[int, Margin]:
                 sound.append(line)
     if lost := len(lines) - len(sound):
         write_whole(file, lambda p: p.write_bytes(b"".join(sound)))
-        message = f"{file}: {lost} lines were damaged or of another question; their walls are solved again."
+        message = f"{file}: {lost} lines were damaged or of another question; their samples are solved again."
         warnings.warn(message, ArchiveWarning, stacklevel=2)
     return margins
 

@@ -31,7 +31,14 @@ from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import House, Scene
 from damagepred.scene.scene import archived_scene
 from damagepred.uq.history import Histories, years_from
-from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_words, shown_measure
+from damagepred.uq.intensity import (
+    attributes,
+    chosen_intensity,
+    in_unit,
+    intensity_values,
+    movement_words,
+    shown_measure,
+)
 from damagepred.uq.movement_distribution import MovementDistribution
 from damagepred.uq.observations import (
     ROUNDING,
@@ -236,7 +243,7 @@ class StoredWalls:
             self.measure = "strain"  # only the bricks move
         if "increment" not in self.ds[self.measure].dims if self.measure in self.ds else True:
             raise InputError(
-                f"{self.path}: infer needs the increments of each wall; run the study with [study] movement = 'path'."
+                f"{self.path}: infer needs the increments of each sample; run the study with [study] movement = 'path'."
             )
         self.name = study_name(self.path)
         self.units = attributes(self.ds, self.measure)["units"]
@@ -309,8 +316,8 @@ class StoredWalls:
             points = np.asarray(movement.points)
             if beyond := float(np.mean(points > self.largest)):
                 raise InputError(
-                    f"movement = {movement.name}: {beyond:.0%} of it lies beyond {self.largest:g}, the largest "
-                    f"movement of {self.path}; run the study with a larger movement."
+                    f"movement = {movement.name}: {beyond:.0%} of it lies beyond {in_unit(self.largest, self.units)}, "
+                    f"the largest movement of {self.path}; run the study with a larger movement."
                 )
             share = np.array([np.histogram(points, np.maximum.accumulate(row))[0] for row in self.edges]) / len(points)
         with np.errstate(divide="ignore"):

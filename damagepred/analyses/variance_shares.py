@@ -40,14 +40,15 @@ def _output_of(
         if own_ground:
             ended = ~walls.capacities.failed[0]
             hit = np.isfinite(upper[ended]).astype(np.float64)
-            return Output(hit, walls.sample[ended], f"damage of category {category} at each wall's own movement", 0.0)
+            return Output(hit, walls.sample[ended], f"damage of category {category} at each sample's own movement", 0.0)
         words = f"rank of the capacity for category {category}: the movement at which it is reached"
         censored = float(np.average(np.isinf(upper), weights=walls.weight))
         return Output(np.array([lower, upper]), walls.sample, words, censored)
     names = [str(n) for n in ds.data_vars if ds[n].dims[:1] == ("sample",) and ds[n].dims[1:] in ((), ("increment",))]
     if output not in names:
         raise InputError(
-            f"output = '{output}': the study has no such result with one number per wall." + nearest(str(output), names)
+            f"output = '{output}': the study has no such result with one number per sample."
+            + nearest(str(output), names)
         )
     ran = np.flatnonzero(ds["status"].values != SampleStatus.MISSING)
     column = ds[output].isel(sample=ran)
@@ -57,9 +58,9 @@ def _output_of(
         value[column.values == FLAG_FILL] = np.nan
     if unknown := int(np.isnan(value).sum()):
         raise InputError(
-            f"output = '{output}': {unknown} of {len(value)} walls have no value at the end of the movement, and "
-            "without them the result would be biased; take a category, for which such walls count as censored, or "
-            'follow all walls to the end with [study] stop_at_category = "none".'
+            f"output = '{output}': {unknown} of {len(value)} samples have no value at the end of the movement, and "
+            "without them the result would be biased; take a category, for which such samples count as censored, or "
+            'follow all samples to the end with [study] stop_at_category = "none".'
         )
     return Output(value, ran, f"{output.replace('_', ' ')} at the end of the movement", 0.0)
 
@@ -122,8 +123,8 @@ def study_sensitivity(
             few, reached = len(hit) - few, "did not reach"
         if few < LEAST_WALLS:
             raise InputError(
-                f"category = {number}: {few} of {len(hit)} walls {reached} it, and a ranking of inputs needs "
-                f"{LEAST_WALLS} or more; run more walls, or take another category."
+                f"category = {number}: {few} of {len(hit)} samples {reached} it, and a ranking of inputs needs "
+                f"{LEAST_WALLS} or more; run more samples, or take another category."
             )
     alone = np.ones(len(walls.sample), dtype=bool)
     if int(ds.attrs.get("crossed", 0)):  # of an archive of 0.1: of four walls two share neither inputs nor joints
@@ -134,7 +135,7 @@ def study_sensitivity(
         if variable.dims == ("sample",) and variable.attrs.get("role") == "input"
     }
     if not inputs:
-        raise InputError("the study has no input with one value per wall.")
+        raise InputError("the study has no input with one value per sample.")
     weight = np.asarray(ds["weight"].values, dtype=np.float64)[walls.sample[alone]] if "weight" in ds else None
     values = walls.value[..., alone]
     result = sensitivity_indices(inputs, values, weight=weight, confidence=confidence, resamples=resamples, seed=seed)

@@ -140,7 +140,7 @@ def mixture(ds: xr.Dataset) -> list[str]:
     """A sentence if several programs solved samples of a study."""
     counts = programs(ds)
     each = "; ".join(f"{count} by {words}" for words, count in counts.items())
-    return [f"walls were solved by {len(counts)} programs, which may differ: {each}"] if len(counts) > 1 else []
+    return [f"samples were solved by {len(counts)} programs, which may differ: {each}"] if len(counts) > 1 else []
 
 
 def differences(recorded: Environment, now: Environment) -> list[str]:

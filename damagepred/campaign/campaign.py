@@ -326,8 +326,8 @@ class Campaign:
         others = [words for words in programs(results) if words != now]
         if others and not mix_versions and (requested > len(status) or np.isin(status[:requested], run).any()):
             raise StudyError(
-                f"{folder.path}: its walls were solved by {'; '.join(others)}, and this is {now}; use that program, or "
-                "mix versions with --mix-versions (mix_versions=True); status and report then list them."
+                f"{folder.path}: its samples were solved by {'; '.join(others)}, and this is {now}; use that program, "
+                "or mix versions with --mix-versions (mix_versions=True); status and report then list them."
             )
         for file, why in left_out.items():
             again = "it is made again" if file == folder.results_file else "its samples are run again"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import warnings
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from copy import copy
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -368,16 +368,19 @@ class StudySettings:
                 )
         return sentences
 
-    def require_not_drawn(self, keys: Iterable[str], where: str) -> None:
-        """Refuse other values of the scene, by key, that the variables would replace in each wall."""
-        named = self.scene.material is not None and not self.study.material_scatter
-        by_material = material(str(self.scene.material)).values if named else ()
-        given = [key for name in keys for key in (by_material if name == "material" else (name,))]
-        if drawn := [key for key in given if key in self.variables]:
-            raise InputError(
-                f"{where}: {', '.join(drawn)}: the study draws this number for each wall, so another value has no "
-                "effect; take it out of [variables], or draw joint.strength_factor instead."
-            )
+    def require_not_drawn(self, keys: Iterable[str], scene: Mapping[str, Any]) -> None:
+        """Refuse values by key of the tables of a changed scene, if the variables would replace them in each sample."""
+        named = scene.get("material") is not None and not self.study.material_scatter
+        by_material = material(str(scene["material"])).values if named else ()
+        drawn = {key: self.scene.places(key) for key in self.variables}
+        for key in (key for name in keys for key in (by_material if name == "material" else (name,))):
+            for variable in (variable for variable, places in drawn.items() if places & self.scene.places(key)):
+                which = "this number" if variable == key else variable
+                each = "house" if isinstance(scene.get("wall"), list) else "wall"
+                raise InputError(
+                    f"{key}: the study draws {which} for each {each}, so another value has no effect; take it out of "
+                    "[variables], or draw joint.strength_factor instead."
+                )
 
     def means(self) -> dict[str, float]:
         """Mean of every variable, by key."""
@@ -471,22 +474,44 @@ def study_tables(file: Path) -> tuple[dict[str, Any], Path]:
     return tables, folder
 
 
-def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Nested tables with changes; a table changes entries of a list by name or number, a list replaces it."""
-    both = dict(tables)
-    for key, value in changes.items():
-        old = both.get(key)
-        if isinstance(old, list) and isinstance(value, Mapping):
-            both[key] = list(old)
-            for name, change in value.items():
-                if (number := entry_number(old, name)) < 0 or not isinstance(change, Mapping):
-                    raise InputError(
-                        f"{key}.{name}: there is no such [[{key}]]; the entries are {', '.join(step_names(old))}."
-                    )
-                both[key][number] = merged(old[number], change)
-            continue
-        both[key] = merged(old if isinstance(old, Mapping) else {}, value) if isinstance(value, Mapping) else value
-    return both
+def key_values(tables: Mapping[str, Any], table: str = "") -> Iterator[tuple[str, Any]]:
+    """Keys of nested tables, such as ``joint.friction``, and their values; an empty table is a value."""
+    for name, value in tables.items():
+        if isinstance(value, Mapping) and value:
+            yield from key_values(value, f"{table}{name}.")
+        else:
+            yield f"{table}{name}", value
+
+
+def with_value(tables: Any, key: str, value: Any, table: str = "") -> Any:
+    """Copy of nested tables with another value.
+
+    Parameters
+    ----------
+    tables, key, value
+        Tables of a scene; key of a value, in which entries of a list have names or count from 1, and ``wall.thickness``
+        is of all walls of a house.
+    table
+        Key of ``tables`` themselves, for messages.
+    """
+    step, _, rest = key.partition(".")
+    path = f"{table}.{step}" if table else step
+    if isinstance(tables, list):
+        if not rest and all(isinstance(entry, Mapping) and "start" in entry for entry in tables):
+            return [{**wall, step: value} for wall in tables]
+        if (number := entry_number(tables, step)) < 0:
+            names = ", ".join(step_names(tables))
+            raise InputError(f"{path}: there is no such {table}; the study has {names}.")
+        old = tables[number] if isinstance(tables[number], Mapping) else {}
+        return [*tables[:number], with_value(old, rest, value, path) if rest else value, *tables[number + 1 :]]
+    old = tables.get(step)
+    if not rest:
+        return {**tables, step: old if value == {} and isinstance(old, Mapping) else value}
+    if not isinstance(old, Mapping | list):
+        if rest.split(".")[0].isdigit():
+            raise InputError(f"{path}: the study has none; give one there first.")
+        old = {}
+    return {**tables, step: with_value(old, rest, value, path)}
 
 
 def differing_keys(first: Mapping[str, Any], second: Mapping[str, Any], prefix: str = "") -> list[str]:

@@ -118,7 +118,7 @@ def rare_lines(result: RareEvent, question: Question) -> list[str]:
             f"so it is between {low:.3g} and {high:.3g} ({e.confidence:.0%}) for any outcome of these walls",
         ]
     if len(result.programs) > 1:
-        said.append(f"caution: walls were solved by several programs, which may differ: {'; '.join(result.programs)}")
+        said.append(f"caution: samples were solved by several programs, which may differ: {'; '.join(result.programs)}")
     return said
 
 

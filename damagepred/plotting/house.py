@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
@@ -79,8 +80,10 @@ def draw_plan(house: House, ds: xr.Dataset | None = None, ax: Axes | None = None
 def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -> Axes:
     """Walls of a house side by side, with cracks in the colour of their category and the widest of each wall."""
     house, drawn = house_of(ds), Deformed.of(unfolded(ds), increment, None)
-    places, height = unfolded_places(house), max(wall.height for wall in house.wall)
+    places = unfolded_places(house)
     ax = sheet.axes_or_new(ax, 10.0, drawn.sheet_height(2.0))
+    ax.set_xlim(min(0.0, drawn.shape[:, 0].min()) - 0.2, drawn.shape[:, 0].max() + 0.2)
+    line = small(ax) * float(np.ptp(ax.get_xlim())) / (72.0 * ax.bbox.width / sheet.figure_of(ax).dpi)  # of text (m)
     for chosen, colour in ((~drawn.footing, BRICK_COLOURS[0]), (drawn.footing, FOOTING_COLOUR)):
         shapes = [drawn.outlines[i] for i in np.flatnonzero(chosen)]
         sheet.add_shapes(ax, shapes, facecolors=colour, edgecolors=BRICK_EDGE, linewidths=0.25)
@@ -89,11 +92,17 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
     middle, colours = (gaps[:, :2] + gaps[:, [3, 2]]) / 2, _crack_colours(ds, cracks.crack)
     sheet.add_lines(ax, middle, colors=colours, linewidths=2.2, zorder=4, label="cracks")
     widths, categories = (ds[f"wall_{name}"].values[increment] for name in ("crack_width_max", "damage_category"))
-    wall_of_block = ds["block_wall"].values
-    for number, (wall, (left, _)) in enumerate(zip(house.wall, places)):
+    row_of = np.array([level for _, level in places])[ds["block_wall"].values[drawn.block]]
+    rows = {level: drawn.shape[row_of == level, 1] for _, level in places}
+    letters, top = sheet.letters_across(ax) / float(np.ptp(ax.get_xlim())), 0.0  # per metre
+    for number, (wall, (left, level)) in enumerate(zip(house.wall, places)):
         words = f"{wall.name}: {MM * widths[number]:.2f} mm, category {categories[number]}"
-        top = max(drawn.outlines[i][:, 1].max() for i in np.flatnonzero(wall_of_block == number))
-        ax.text(left, top + 0.06 * height, words, va="bottom", fontsize=small(ax))
+        room = min((x - left for x, y in places if y == level and x > left), default=np.inf)
+        if room * letters < len(words):
+            words = textwrap.fill(words, max(8, int(room * letters)))
+        title: dict[str, Any] = {"textcoords": "offset points", "va": "bottom", "fontsize": small(ax)}
+        ax.annotate(words, (left, rows[level].max()), (0, 3), **title)
+        top = max(top, rows[level].max() + 1.4 * line * (1 + words.count("\n")))
         own = np.flatnonzero(wall_of == number)
         if own.size:
             widest = own[cracks.crack[own].argmax()]
@@ -105,13 +114,12 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
             meet.setdefault((number, round(x, 3)), []).append(house.names[other])
     for (number, x), names in meet.items():
         left, level = places[number]
-        side = {0.0: "left", round(house.wall[number].length, 3): "right"}.get(x, "center")
-        foot = level - house.footing.depth - 0.17 * height
-        ax.text(left + x, foot, ", ".join(names), ha=side, va="top", fontsize=0.9 * small(ax), color="0.4")
+        below: dict[str, Any] = {"textcoords": "offset points", "va": "top", "fontsize": 0.9 * small(ax)}
+        below["ha"] = {0.0: "left", round(house.wall[number].length, 3): "right"}.get(x, "center")
+        ax.annotate(", ".join(names), (left + x, rows[level].min()), (0, -3), color="0.4", **below)
     sheet.elevation(ax)
-    ax.set_xlim(min(0.0, drawn.shape[:, 0].min()) - 0.2, drawn.shape[:, 0].max() + 0.2)
-    low = min(y for _, y in places) - house.footing.depth - 0.5 * height
-    ax.set_ylim(low, 1.1 * height + 0.8)
+    low = float(drawn.shape[:, 1].min()) - 3.0 * line
+    ax.set_ylim(low, top + 0.5 * line)
     ax.set_axis_off()
     ax.plot([0.0, 2.0], [low, low], color="black", linewidth=2.0, solid_capstyle="butt")
     ax.text(2.2, low, "2 m; walls from start to end, below them the walls they meet", va="center", fontsize=small(ax))

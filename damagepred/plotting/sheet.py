@@ -170,10 +170,14 @@ def moved_to(ds: xr.Dataset, increment: int) -> str:
     return f"a {movement_words(ds)} of {plain_number(moved * MM)} mm"
 
 
+def letters_across(ax: Axes) -> float:
+    """Number of letters that fit in a line across the axes."""
+    return LETTERS_PER_INCH * ax.bbox.width / figure_of(ax).dpi / text_size(ax)
+
+
 def set_title(ax: Axes, *lines: str) -> None:
     """Write a title: first the name of the wall or study, then the lines that describe the drawing."""
-    inches = ax.bbox.width / figure_of(ax).dpi
-    letters = max(20, int(LETTERS_PER_INCH * inches / text_size(ax)))
+    letters = max(20, int(letters_across(ax)))
     rows = [row for line in lines if line for row in textwrap.wrap(line, letters)]
     ax.set_title("\n".join(rows), fontsize=text_size(ax), loc="left")
 

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
-from damagepred.scene.described import described
+from damagepred.scene.described import described, takes_number
 from damagepred.scene.materials import Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement
@@ -24,6 +24,8 @@ from damagepred.scene.scene import Scene, step_names
 from damagepred.scene.wall import Wall
 
 OF_EACH_WALL = ("opening", "control_joint", "load")  # tables that a house has per wall
+OF_ALL_WALLS = tuple(f.name for f in fields(Wall) if f.name != "length" and takes_number(Wall, [f.name]))
+"""Lengths (m) that are one key where all walls share them, such as ``wall.thickness``."""
 ROOF = "loads.roof: belongs to one wall; write [wall.loads] roof = '3 kN/m' below its [[wall]]"
 POINTS_ALONG = 101  # points of the ground along each wall, in the scene of the wall alone
 NOT_IN_A_HOUSE = ("support", "loading", "strain", "creep", "dynamics")  # tables of one wall alone
@@ -156,14 +158,28 @@ class House(Scene):
     def numbers(self) -> dict[str, float]:
         """All real numbers by key; ``wall.thickness`` is the thickness of all walls where they have the same."""
         shared = {}
-        for name in (field.name for field in fields(Wall) if field.name != "length"):
+        for name in OF_ALL_WALLS:
             values = {getattr(wall, name) for wall in self.wall}
             if len(values) == 1 and isinstance(value := values.pop(), float):
                 shared[f"wall.{name}"] = value
         return super().numbers | shared
 
     def place(self, text: str) -> str:  # noqa: D102
-        return text if text in self._of_all_walls else super().place(text)
+        if text in self._of_all_walls:
+            return text
+        values = {key: self.numbers[key] for key in self._keys_of_walls(text) & self.numbers.keys()}
+        if len(values) > 1:
+            low, high = min(values.values()), max(values.values())
+            raise InputError(f"'{text}': the walls have {low:g} m to {high:g} m; name one, such as {min(values)}")
+        return super().place(text)
+
+    def places(self, text: str) -> set[str]:  # noqa: D102
+        return self._keys_of_walls(text) or super().places(text)
+
+    def _keys_of_walls(self, text: str) -> set[str]:
+        """Keys of a number of all walls, one per wall; none for other keys."""
+        table, _, key = text.partition(".")
+        return {f"wall.{name}.{key}" for name in self.names} if table == "wall" and key in OF_ALL_WALLS else set()
 
     @property
     def _of_all_walls(self) -> set[str]:
@@ -262,13 +278,13 @@ def require_one_wall(scene: Scene, what: str) -> None:
         raise InputError(f"{what}: takes one wall, and this is a house of {len(scene.wall)}; give one of its `scenes`.")
 
 
-def house_tables(tables: Mapping[str, Any]) -> dict[str, Any]:
+def house_tables(tables: Mapping[str, Any], source: str) -> dict[str, Any]:
     """Tables of a house with its kind of movement, and loads of the roof per length ("3 kN/m") in all (N)."""
     from damagepred.scene.input_tables import with_roof_in_all
     from damagepred.scene.plan import plan_length
 
     if isinstance(loads := tables.get("loads"), Mapping) and loads.get("roof"):
-        raise InputError(ROOF)
+        raise InputError(f"{source}: {ROOF}.")
     walls = []
     for wall in tables["wall"]:
         length = plan_length(wall) if isinstance(wall, Mapping) else None

@@ -477,7 +477,7 @@ class Scene:
         if isinstance(tables, Mapping) and isinstance(tables.get("wall"), list | tuple):
             from damagepred.scene.house import House, house_tables
 
-            cls, tables = House, house_tables(tables)
+            cls, tables = House, house_tables(tables, source)
         else:
             tables = with_roof_in_all(tables)
         scene = build(cls, tables, source)
@@ -561,6 +561,13 @@ class Scene:
     def place(self, text: str) -> str:
         """Key of a number as in ``number_places``, with the names of layers; an unknown key raises InputError."""
         return ".".join(step for step, _ in self._steps(text))
+
+    def places(self, text: str) -> set[str]:
+        """Keys of the numbers with this key: one, of a key of all walls of a house one per wall."""
+        try:
+            return {self.place(text)}
+        except InputError:
+            return {text}
 
     def _steps(self, text: str) -> list[tuple[str, Any]]:
         """Steps to a number: each as in ``number_places``, and its key in ``to_dict``."""

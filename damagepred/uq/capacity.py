@@ -68,7 +68,9 @@ def category_number(ds: xr.Dataset, category: int | str) -> int:
         flags = next((ds[name].attrs for name in ("damage_category", "category") if name in ds.variables), {})
         numbers = {word: i for i, word in enumerate(str(flags.get("flag_meanings", "")).split())}
     if not numbers:
-        raise InputError(f"category = {category!r}: no wall is solved yet, so categories have no names; give a number.")
+        raise InputError(
+            f"category = {category!r}: no sample is solved yet, so categories have no names; give a number."
+        )
     return numbered_category(category, numbers)
 
 

@@ -92,8 +92,9 @@ def compare(
     single = any(ds["damage_category"].ndim == 1 for ds in studies.values())
     movements = (["site"] if single else _increments(reference, measure).tolist()) if at is None else at
     wanted = [exceedance.wanted_movement(reference, movement, measure) for movement in movements]
+    units = str(attributes(reference, measure)["units"])
     if single and not all(movement.own for movement in wanted):
-        raise InputError('compare: a study has each wall at its own movement alone; compare them at = "site".')
+        raise InputError('compare: a study has each sample at its own movement alone; compare them at = "site".')
     shape = (len(names), len(chosen), len(wanted))
     values = {f"{kind}{end}": np.full(shape, np.nan) for kind in COUNTED for end in ("", "_lower", "_upper")}
     unknown, paired = np.zeros(shape, dtype=np.int64), np.zeros(len(names), dtype=np.int64)
@@ -104,7 +105,7 @@ def compare(
         for m, movement in enumerate(wanted):
             if movement.own != by_site:
                 continue
-            followed = [exceedance.require_followed(each, movement) for each in walls]
+            followed = [exceedance.require_followed(each, movement, units) for each in walls]
             answers = [_Answer.of(each, at, confidence) for each, at in zip(walls, followed)]
             for s, (each, answer) in enumerate(zip(walls, answers)):
                 unknown[s, k, m] = int(censored_before(each.lower, each.upper, movement.largest).sum())

@@ -92,7 +92,7 @@ class Design:
             if value and len(pair & set(wall)) == 1:
                 a, b = sorted(pair, key=lambda p: p in joint)
                 raise InputError(
-                    f'[correlation] "{a}" with "{b}": one has a value per wall, the other a value per joint; give '
+                    f'[correlation] "{a}" with "{b}": one has a value per sample, the other a value per joint; give '
                     "both a field or neither."
                 )
         fields = {place: f for place in joint if (f := variables[place].field) is not None}
@@ -224,7 +224,8 @@ def _log_density(design: Design, values: Mapping[str, FloatArray]) -> FloatArray
     except ValueError:
         raise InputError(
             "[correlation]: a variable that follows from others (correlation 1 or -1) has other values under the "
-            "alternative, which no wall of this study has; change all of them alike, or run the alternative as a study."
+            "alternative, which no sample of this study has; change all of them alike, or run the alternative as a "
+            "study."
         ) from None
     copula = 0.5 * (np.compress(varies, normal, axis=1) ** 2 - independent**2).sum(axis=1)
     copula = copula - np.log(np.diag(design.wall_factor)[varies]).sum()

@@ -33,7 +33,14 @@ from damagepred.uq.fragility.bands import draw_parameters, effective_reached
 from damagepred.uq.fragility.describe import probability_at
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import DEFAULT, WITH_CURVE, FragilityOptions, group_intervals
-from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_words, shown_measure
+from damagepred.uq.intensity import (
+    attributes,
+    chosen_intensity,
+    in_unit,
+    intensity_values,
+    movement_words,
+    shown_measure,
+)
 from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
 from damagepred.uq.samplers import Stream, generator
 
@@ -118,7 +125,7 @@ def wanted_movement(ds: xr.Dataset, at: float | str | MovementDistribution, meas
     if ends.size and not has_own_ground(ds, measure):
         same = f"{shown.factor * ends[0]:.6g} {shown.unit}"
         raise InputError(
-            f"at = site: all walls of this study have the same {shown.words}, {same}, and no ground of "
+            f"at = site: all samples of this study have the same {shown.words}, {same}, and no ground of "
             f'their own; give a movement, such as "{same}".'
         )
     return wanted
@@ -286,20 +293,22 @@ def exceedance(
     wanted = wanted_movement(ds, at, measure)
     if "damage_category" in ds and ds["damage_category"].ndim == 1 and not wanted.own:
         if len(wanted.points) > 1:
-            raise InputError(f"at = {wanted.name}: the study has each wall at its own movement alone; ask for one.")
+            raise InputError(f"at = {wanted.name}: the study has each sample at its own movement alone; ask for one.")
         return _from_curve(ds, category, wanted.largest, confidence, measure, options)
     walls = category_capacities(ds, category, measure, wanted)
-    return estimate_exceedance(walls, require_followed(walls, wanted), confidence)
+    return estimate_exceedance(
+        walls, require_followed(walls, wanted, str(attributes(ds, measure)["units"])), confidence
+    )
 
 
-def require_followed(walls: CategoryCapacities, wanted: MovementDistribution) -> MovementDistribution:
-    """Refuse a distribution of the movement of which a part lies beyond the study's walls; return the movement."""
+def require_followed(walls: CategoryCapacities, wanted: MovementDistribution, units: str) -> MovementDistribution:
+    """Movement asked for; refused if it is a distribution of which a part lies beyond the study's walls."""
     open_ended = np.isinf(walls.upper).any()
     beyond = float(np.mean(np.asarray(wanted.points) > walls.followed * (1 + capacity.ROUNDING))) * open_ended
     if len(wanted.points) > 1 and beyond:
         raise InputError(
-            f"at = {wanted.name}: {beyond:.0%} of it lies beyond {walls.followed:g}, the largest movement of the "
-            "study's walls; run the study with a larger movement."
+            f"at = {wanted.name}: {beyond:.0%} of it lies beyond {in_unit(walls.followed, units)}, the largest "
+            "movement of the study; run the study with a larger movement."
         )
     return wanted
 
@@ -341,15 +350,17 @@ def _from_curve(
     how: dict[str, Any] = {"confidence": confidence, "bootstrap": CURVE_RESAMPLES, "options": options}
     curves = fit_fragility(ds, categories=[category], intensity=intensity, **how)
     curve, largest = curves.isel(category=0), float(curves["intensity"][-1])
+    units = str(attributes(ds, intensity)["units"])
+    asked, moved = in_unit(movement, units), in_unit(largest, units)
     if movement > largest * (1 + capacity.ROUNDING):
         raise InputError(
-            f"at = {movement:g}: no wall was moved as far ({largest:g} at most), and a study that keeps each wall's "
+            f"at = {asked}: no sample was moved as far ({moved} at most), and a study that keeps each sample's "
             "own movement alone ([study] movement = 'sampled') has no information beyond."
         )
     if str(curve["fit_status"].values) not in WITH_CURVE:
         raise InputError(
-            f"P(category >= {category}) at {movement:g}: the study has each wall at its own movement alone, and its "
-            f"walls give no curve to read the probability from: {curve['fit_status'].values}."
+            f"P(category >= {category}) at {asked}: the study has each sample at its own movement alone, and its "
+            f"samples give no curve to read the probability from: {curve['fit_status'].values}."
         )
     value, lower, upper = probability_at(curves, category, movement)
     walls, failed = category_capacities(ds, category, intensity), int(curve["failed"])

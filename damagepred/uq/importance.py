@@ -92,6 +92,6 @@ def check(places: Sequence[str], proposals: Mapping[str, Proposal]) -> None:
     for place in proposals:
         if place not in places:
             raise InputError(
-                f'[study.importance."{place}"]: is no variable with one value per wall.'
+                f'[study.importance."{place}"]: is no variable with one value per sample.'
                 + (nearest(place, places) or f" There are: {', '.join(places) or 'none'}.")
             )

@@ -53,6 +53,12 @@ def shown_measure(words: str, units: str) -> ShownMeasure:
     return ShownMeasure(words, unit, 1e3 if unit.startswith("mm") else 1.0)
 
 
+def in_unit(value: float, units: str) -> str:
+    """Movement with the unit in which it is shown."""
+    _, unit, factor = shown_measure("", units)
+    return f"{factor * value:.4g} {unit}".removesuffix(" 1")
+
+
 def check_states(ds: xr.Dataset, name: str) -> None:
     """Refuse to read paths of older versions in between, which scaled a Walsh mound of the final surface movement."""
     if name not in ("surface_movement", "differential_movement") or "surface_movement" not in ds:

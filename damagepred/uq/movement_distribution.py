@@ -50,7 +50,7 @@ class MovementDistribution:
         if self.measure and self.measure != measure:
             raise InputError(
                 f"at = {self.name}: is of the {self.measure.replace('_', ' ')}, and the study's movement is the "
-                f"{measure.replace('_', ' ')}; ask for a movement, or move the wall by a mound."
+                f"{measure.replace('_', ' ')}; ask for a movement, or move the ground as a mound."
             )
 
     @property

@@ -57,11 +57,11 @@ def _checked(
     columns = {name: np.asarray(v, dtype=np.float64) for name, v in inputs.items()}
     for name, values in {**columns, "the output": finite, "weight": w}.items():
         if values.shape != finite.shape:
-            raise InputError(f"{name}: has {values.size} values for {walls} walls.")
+            raise InputError(f"{name}: has {values.size} values for {walls} samples.")
         if unknown := int((~np.isfinite(values)).sum()):
             raise InputError(
-                f"{name}: {unknown} of {walls} values are not finite, and leaving walls out would bias the "
-                "result; choose an output that all walls have."
+                f"{name}: {unknown} of {walls} values are not finite, and leaving samples out would bias the "
+                "result; choose an output that all samples have."
             )
     varying = {name: v for name, v in columns.items() if np.ptp(v) > 0}
     if not varying:

@@ -154,7 +154,7 @@ def test_paths_that_end_at_the_present_movement_are_named_with_the_movement_to_r
     upper = float(found["movement_quantile"][0, -1])
     target = float(f"{upper + 3e-3:.2g}")  # by half of the study's 6 mm
     assert (
-        f"run walls to {1e3 * target:.3g} mm: sed -e 's/^central_deflection = .*/central_deflection = {target:g}/'"
+        f"run samples to {1e3 * target:.3g} mm: sed -e 's/^central_deflection = .*/central_deflection = {target:g}/'"
         in said
     )
     causes_, further, _ = posterior_tables(found)

@@ -56,7 +56,7 @@ def test_by_default_all_walls_have_the_same_joints(study: Study) -> None:
         (lambda s: s.function()([0.75]), "has 2 inputs: joint.friction, movement"),
         (lambda s: s.function()([0.75, np.nan]), "not finite"),
         (lambda s: s.function()([0.75, 0.006], numbers=-1), "numbers: must be 0 or more"),
-        (lambda s: s.function()([-0.75, 0.006]), "no wall could be solved; the first: InputError"),
+        (lambda s: s.function()([-0.75, 0.006]), "no sample could be solved; the first: InputError"),
     ],
 )
 def test_invalid_requests_are_refused(study: Study, ask, words: str) -> None:

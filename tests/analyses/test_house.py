@@ -14,7 +14,7 @@ from damagepred.analyses.stored_walls import StoredWalls, require_on
 from damagepred.assembly.bond import lay_bricks
 from damagepred.campaign.replay import replay
 from damagepred.campaign.sample import sample_of
-from damagepred.campaign.settings import StudySettings, merged, read_frozen
+from damagepred.campaign.settings import StudySettings, read_frozen, with_value
 from damagepred.plotting import draw_back_analysis
 from damagepred.results.house import unfolded_places, wall_dataset
 from damagepred.scene.scene import archived_scene
@@ -175,8 +175,55 @@ def test_choices_and_rows_change_walls_by_name(tmp_path):
         [(0.2, 0.3), (0.2, 0.3)],
         [(0.11, 0.3), (0.11, 0.45)],
     ]
-    with pytest.raises(InputError, match=r"wall.bck: there is no such .*front, side"):
-        merged({"wall": [{"name": "front"}, {"name": "side"}]}, {"wall": {"bck": {"thickness": 1}}})
+    with pytest.raises(InputError, match=r"wall.bck: there is no such wall; the study has front, side"):
+        with_value({"wall": [{"name": "front"}, {"name": "side"}]}, "wall.bck.thickness", 1)
+
+
+@pytest.mark.parametrize(
+    ("change", "header", "words"),
+    [
+        ("wall.front.thickness = 0.23", "wall.front.thickness", "wall.front.thickness: the study draws wall.thickness"),
+        ("wall.1.thickness = 0.23", "wall.1.thickness", "wall.1.thickness: the study draws wall.thickness"),
+        ("wall.thickness = 0.23", "thickness", "wall.thickness: the study draws this number"),
+        ("wall.side.joint.cohesion = 1e5", "wall.side.joint.cohesion", "the study draws this number for each house"),
+        (
+            "wall.bck.thickness = 0.23",
+            "wall.bck.thickness",
+            "wall.bck: there is no such wall; the study has front, side",
+        ),
+        (
+            "wall.front.opening.2.width = 0.48",
+            "wall.front.opening.2.width",
+            "opening.2: there is no such wall.front.opening; the study has 1",
+        ),
+        (
+            "wall.side.opening.1.width = 0.48",
+            "wall.side.opening.1.width",
+            "wall.side.opening: the study has none; give one",
+        ),
+    ],
+)
+def test_wrong_changes_of_walls_are_refused_by_the_key_that_was_given(change, header, words, tmp_path):
+    (tmp_path / "house.toml").write_text(HOUSE)
+    (tmp_path / "choices.toml").write_text(
+        'study = "house.toml"\n[target]\nat = "30 mm"\ncategory = 2\nprobability = 0.1\n[[choice]]\nname = "front"\n'
+        f'[[choice.option]]\nname = "thin"\n[[choice.option]]\nname = "thick"\nscene.{change}\n'
+    )
+    with pytest.raises(InputError, match=f"option thick: .*{words}"):
+        _read(tmp_path / "choices.toml")
+    (tmp_path / "houses.csv").write_text(f"name,{header}\nA,{change.split(' = ')[1]}\n")
+    with pytest.raises(InputError, match=f"houses.csv, line 2.*{words}"):
+        read_houses(tmp_path / "houses.csv", tmp_path / "house.toml", "site", None)
+
+
+def test_an_option_changes_all_walls_at_once(tmp_path):
+    (tmp_path / "house.toml").write_text(HOUSE.replace('"wall.thickness" = {', '"footing.depth" = {'))
+    (tmp_path / "choices.toml").write_text(
+        'study = "house.toml"\n[target]\nat = "30 mm"\ncategory = 2\nprobability = 0.1\n[[choice]]\nname = "walls"\n'
+        '[[choice.option]]\nname = "thick"\nscene.wall.thickness = "230 mm"\nscene.wall.side.height = 0.45\n'
+    )
+    _, _, _, (settings,) = _read(tmp_path / "choices.toml")
+    assert [(w.thickness, w.height) for w in settings.scene.wall] == [(0.23, 0.3), (0.23, 0.45)]
 
 
 def test_margin_of_a_house_is_of_its_worst_wall(folder):

@@ -12,18 +12,18 @@ import pytest
 import xarray as xr
 
 from damagepred.analyses import mean_wall, posterior_dataset, stored_walls
-from damagepred.analyses.design_search import Choice, Choices, Option, Target, _keys, _values_of_measures, damaged, loss
+from damagepred.analyses.design_search import Choice, Choices, Option, Target, _values_of_measures, damaged, loss
 from damagepred.analyses.epistemic import alternatives
 from damagepred.analyses.inference_options import InferenceOptions
 from damagepred.analyses.limit_state import Margin, Question, study_for_limit_state
-from damagepred.analyses.portfolio import _set, _value, map_columns, portfolio_frame, write_portfolio
+from damagepred.analyses.portfolio import _value, map_columns, portfolio_frame, write_portfolio
 from damagepred.analyses.posterior_dataset import movement_cdf
 from damagepred.analyses.posterior_states import chosen_samples
 from damagepred.analyses.posterior_tables import odds_in_words, posterior_tables, reported
 from damagepred.analyses.rare_event_samples import _digest, _logged, _read_log
 from damagepred.analyses.stored_walls import Replayed, StoredWalls
 from damagepred.analyses.variance_shares import _output_of, study_sensitivity
-from damagepred.campaign.settings import StudySettings
+from damagepred.campaign.settings import StudySettings, with_value
 from damagepred.errors import ArchiveWarning, InputError
 from damagepred.study import open_study
 from damagepred.uq.movement_distribution import MovementDistribution
@@ -76,14 +76,14 @@ def test_damage_after_further_movement_and_its_bounds() -> None:
 def test_the_prior_of_the_movement() -> None:
     """Uniform to the end of each path, or the share of a distribution's points in each cell."""
     walls = three_walls()
-    walls.path, walls.measure, walls.ds = "a.dp", "central_deflection", walls.ds
+    walls.path, walls.measure, walls.units = "a.dp", "central_deflection", "m"
     found = np.exp(StoredWalls.log_prior(walls, None))
     np.testing.assert_allclose(found[0], 0.5 * np.array([0.5, 1.0, 1.5, 1.0]) / 4)
     np.testing.assert_allclose(found[1], 0.3 * np.array([0.5, 1.0, 0.5, 0.0]) / 2)
     given = MovementDistribution("a", (0.4e-3, 1e-3, 1.2e-3, 3.5e-3))
     found = np.exp(StoredWalls.log_prior(walls, given))
     np.testing.assert_allclose(found[0], 0.5 * np.array([1, 2, 0, 1]) / 4)
-    with pytest.raises(InputError, match=r"movement = b: 50% of it lies beyond 0\.004, the largest movement of a\.dp"):
+    with pytest.raises(InputError, match=r"movement = b: 50% of it lies beyond 4 mm, the largest movement of a\.dp"):
         StoredWalls.log_prior(walls, MovementDistribution("b", (1e-3, 5e-3)))
 
 
@@ -192,7 +192,7 @@ def test_losses_of_walls_and_values_of_measures() -> None:
         costs = loss(ds, Target(at="4", repair_costs=(10.0, 25.0)), unfollowed)
         assert costs.tolist() == [25.0, 10.0, 0.0, 25.0 * unfollowed]
     assert loss(ds, Target(at="2.25", category=1, probability=0.1)).tolist() == [1.0, 0.25, 0.0, 1.0]
-    with pytest.raises(InputError, match=r"target\.at = 5: no wall has a result there"):
+    with pytest.raises(InputError, match=r"target\.at = 5: no sample has a result there"):
         damaged(
             study(np.full(2, 9.0), end=4.0, increments=4).assign(central_deflection=ds["central_deflection"][:2]),
             1,
@@ -211,11 +211,6 @@ def test_losses_of_walls_and_values_of_measures() -> None:
     assert (joint[0], joint[3]) == ("joint: d", 0.5)
     unknown = _values_of_measures(content, built, {0: np.ones(3)})
     assert np.isnan([measure[1] for measure in unknown]).all()
-    assert list(_keys({"joint": {"friction": 0.5, "dilation": 1}, "title": "a"})) == [
-        "joint.friction",
-        "joint.dilation",
-        "title",
-    ]
 
 
 def test_cells_and_keys_of_a_table_of_houses(tmp_path: Path) -> None:
@@ -225,15 +220,14 @@ def test_cells_and_keys_of_a_table_of_houses(tmp_path: Path) -> None:
     assert _value(table, 1, "1,5") == "1.5 mm"
     assert _value(SimpleNamespace(units=[""], decimal="."), 0, "{ a = 1 }") == {"a": 1}
     tables: dict[str, Any] = {"opening": [{"x": 1.0}, {"x": 2.0}], "wall": {"length": 1.0}}
-    _set(tables, ["opening", "2", "x"], 3.0)
-    _set(tables, ["footing", "depth"], 0.5)
-    _set(tables, ["wall", "length"], 2.0)
+    for key, value in {"opening.2.x": 3.0, "footing.depth": 0.5, "wall.length": 2.0}.items():
+        tables = with_value(tables, key, value)
     assert tables == {"opening": [{"x": 1.0}, {"x": 3.0}], "wall": {"length": 2.0}, "footing": {"depth": 0.5}}
     for step in ("0", "3", "a"):
-        with pytest.raises(InputError, match=rf"has 2 entries \(1, 2\), and no entry '{step}'"):
-            _set(tables, ["opening", step, "x"], 1.0)
-    with pytest.raises(InputError, match=r"has no \[\[soil_layer\]\]; give one there first"):
-        _set(tables, ["soil_layer", "1", "thickness"], 1.0)
+        with pytest.raises(InputError, match=rf"opening\.{step}: there is no such opening; the study has 1, 2\."):
+            with_value(tables, f"opening.{step}.x", 1.0)
+    with pytest.raises(InputError, match=r"soil_layer: the study has none; give one there first"):
+        with_value(tables, "soil_layer.1.thickness", 1.0)
     two = ("house", "category")
     street = xr.Dataset(
         {f"probability{end}": (two, np.array([[0.5, 0.25]]) + k) for k, end in enumerate(("", "_lower", "_upper"))}
@@ -297,7 +291,7 @@ def test_outputs_of_a_sensitivity() -> None:
     ds = ds.assign(weight=("sample", [1.0, 1.0, 2.0, 4.0]), highest_category=0).drop_vars("highest_category")
     own = _output_of(ds, category=1, own_ground=True)
     assert (own.value.tolist(), own.sample.tolist(), own.censored) == ([1, 1, 0], [0, 1, 2], 0.0)
-    assert own.name == "damage of category 1 at each wall's own movement"
+    assert own.name == "damage of category 1 at each sample's own movement"
     ranks = _output_of(ds, category=1)
     assert (ranks.sample.tolist(), ranks.censored) == ([0, 1, 2, 3], 0.75)
     assert ranks.value.shape == (2, 4)

@@ -66,9 +66,9 @@ def test_ranks_and_shares_are_of_independent_walls() -> None:
     [
         ({}, "give one of them"),
         ({"category": 1, "output": "crack"}, "give one of them"),
-        ({"category": 3}, "0 of 40 walls reached it, and a ranking of inputs needs 10 or more"),
+        ({"category": 3}, "0 of 40 samples reached it, and a ranking of inputs needs 10 or more"),
         ({"output": "crack"}, "no such result"),
-        ({"output": "damage_category"}, "1 of 40 walls have no value at the end"),
+        ({"output": "damage_category"}, "1 of 40 samples have no value at the end"),
     ],
 )
 def test_invalid_requests_are_refused(ask: dict, words: str) -> None:

@@ -188,7 +188,7 @@ def test_programs_machines_and_their_differences(monkeypatch: pytest.MonkeyPatch
     ds["environment"] = ("sample", [0, 1, 1, 0], provenance.as_table([a, b]))
     assert programs(ds) == {program(a): 2, program(b): 1}
     assert program(a) == "version 1, commit unknown, kernel hash x"
-    assert mixture(ds) == [f"walls were solved by 2 programs, which may differ: 2 by {program(a)}; 1 by {program(b)}"]
+    assert mixture(ds) == [f"samples were solved by 2 programs, which may differ: 2 by {program(a)}; 1 by {program(b)}"]
     assert mixture(ds.isel(sample=[0, 3])) == []
     assert differences(a, b) == ["kernel hash (x, here y)"]
     assert differences(a, {"damagepred_version": "1", "kernel_hash": "x"}) == ["machine (m, here unknown)"]

@@ -87,7 +87,7 @@ def test_an_old_study_is_extended_and_its_parts_are_left(old: Path) -> None:
             study.run(old, samples=4, executor=executor)
         assert study_status(old).cautions == mixed
         summary = study.run(old, samples=4, executor=executor, mix_versions=True)
-    assert any("walls were solved by 2 programs" in line for line in study_status(old).cautions)
+    assert any("samples were solved by 2 programs" in line for line in study_status(old).cautions)
     assert (summary.done, summary.failed) == (4, 1)
     for name, content in before.items():
         assert (old / "parts" / name).read_bytes() == content

@@ -175,7 +175,7 @@ FIELD = {"distribution": "lognormal", "mean": 1e5, "cov": 0.3, "field": {"course
         ({}, {"sampler": "random", "replicates": 2}, "replicates"),
         ({}, {"nominal_share": 0.1}, "nominal_share = 0.1: goes with"),
         ({}, {"importance": {"joint.fricton": {"shift": -1}}}, "Did you mean 'joint.friction'"),
-        ({}, {"importance": {"joint.cohesion": {"shift": -1}}}, "no variable with one value per wall"),
+        ({}, {"importance": {"joint.cohesion": {"shift": -1}}}, "no variable with one value per sample"),
         ({}, {"sampler": "table"}, "needs it"),
     ],
 )

@@ -17,7 +17,14 @@ from damagepred.campaign import cost_estimate, status
 from damagepred.campaign.cost_estimate import _elsewhere, _errors, _percent, estimate_cost
 from damagepred.campaign.dispatch import Batches, GivenExecutor
 from damagepred.campaign.sample import Outcome, already_done
-from damagepred.campaign.settings import StudySettings, differing_keys, merged, read_frozen, study_tables
+from damagepred.campaign.settings import (
+    StudySettings,
+    differing_keys,
+    key_values,
+    read_frozen,
+    study_tables,
+    with_value,
+)
 from damagepred.campaign.verify import verify
 from damagepred.cli.sentences import cost_lines
 from damagepred.errors import InputError
@@ -29,7 +36,8 @@ from tests.synthetic_studies import synthetic_study
 
 
 def settings(changes: dict[str, Any], **sampling: Any) -> StudySettings:
-    tables = merged(tomllib.loads(SMALL_STUDY), changes)
+    tables = tomllib.loads(SMALL_STUDY)
+    tables |= {key: {**tables.get(key, {}), **table} for key, table in changes.items()}
     tables["study"] |= sampling
     return StudySettings.from_dict(tables)
 
@@ -87,9 +95,16 @@ def test_categories_means_and_keys_of_settings(tmp_path: Path) -> None:
     assert scene.title == "small wall that cracks: mean wall"
     assert "with joint.tensile_strength = 0.1 MPa, joint.cohesion = 0.1 MPa, joint.friction = 0.75, " in words
     assert "movement.central_deflection = 7.5 mm (arithmetic means" in words
-    assert merged({"a": {"b": 1, "c": [1]}, "d": 2}, {"a": {"c": [3], "e": {"f": 4}}, "d": {"g": 5}}) == {
-        "a": {"b": 1, "c": [3], "e": {"f": 4}},
-        "d": {"g": 5},
+    tables = {"a": {"b": 1, "c": [1]}, "d": 2}
+    for key, value in {"a.c": [3], "a.e.f": 4, "d.g": 5, "h": {}, "a": {}}.items():
+        tables = with_value(tables, key, value)
+    assert tables == {"a": {"b": 1, "c": [3], "e": {"f": 4}}, "d": {"g": 5}, "h": {}}
+    changes = {"joint": {"friction": 0.5, "dilation": 1}, "title": "a", "footing": {"concrete": {}}}
+    assert dict(key_values(changes)) == {
+        "joint.friction": 0.5,
+        "joint.dilation": 1,
+        "title": "a",
+        "footing.concrete": {},
     }
     assert differing_keys({"a": {"b": 1, "c": 2}, "d": 3}, {"a": {"b": 1, "c": 4}, "e": 5}) == [
         "a.c (was 2, is 4)",
@@ -102,8 +117,8 @@ def test_categories_means_and_keys_of_settings(tmp_path: Path) -> None:
     for wrong in ((0, None), (None, -1)):
         with pytest.raises(InputError, match="1 or more, and the seed 0 or more"):
             one.with_samples(*wrong)
-    with pytest.raises(InputError, match=r"option a: joint\.friction: the study draws this number"):
-        one.require_not_drawn(["joint.dilation", "joint.friction"], "option a")
+    with pytest.raises(InputError, match=r"joint\.friction: the study draws this number for each wall"):
+        one.require_not_drawn(["joint.dilation", "joint.friction"], {})
     (tmp_path / "scene").mkdir()
     (tmp_path / "scene" / "wall.toml").write_text("[wall]\nlength = 2.0\n")
     (tmp_path / "study.toml").write_text('scene = "scene/wall.toml"\n')

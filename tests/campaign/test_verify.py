@@ -260,7 +260,7 @@ def test_versions_mix_only_when_asked_to(done: Path, tmp_path: Path, monkeypatch
     assert {file: file.read_bytes() for file in files(folder)} == before
     run(folder)  # nothing is left to run
     run(folder, samples=SAMPLES + 1, mix_versions=True)
-    assert any("walls were solved by 2 programs" in line for line in study_status(folder).cautions)
+    assert any("samples were solved by 2 programs" in line for line in study_status(folder).cautions)
 
 
 @pytest.mark.filterwarnings("ignore::damagepred.errors.ArchiveWarning")

@@ -88,6 +88,9 @@ def test_the_words_of_a_study_count_houses(place: Path, command: Run, monkeypatc
     assert "houses in 100." in command("estimate", "house.dp", "--category", 1, "--at", "40 mm").out
     said = command("estimate", "house.dp", "--category", 4, "--at", "40 mm", "--wall", "side")
     assert said.out.endswith("none of the walls.\n")
+    said = command("sensitivity", "house.dp", "--category", 4)
+    assert said.code == 2
+    assert "0 of 11 samples reached it, and a ranking of inputs needs 10 or more; run more samples" in said.err
     said = command("fragility", "house.dp", *FIT.split(), "--wall", "front")
     assert "fragility of masonry house: front, against the ground movement at the tree" in said.out
 

@@ -82,7 +82,7 @@ def test_comparisons_and_sensitivity_are_printed_as_json(command: Run, tmp_path:
     said = command("sensitivity", a, "--category", 1, "--json")
     assert xr.Dataset.from_dict(json.loads(said.out)).sizes["variable"] >= 1
     own = xr.Dataset.from_dict(json.loads(command("sensitivity", a, "--category", 2, "--at", "site", "--json").out))
-    assert own.attrs["output"] == "damage of category 2 at each wall's own movement"
+    assert own.attrs["output"] == "damage of category 2 at each sample's own movement"
     refused = command("sensitivity", a, "--at", "8 mm")
     assert (refused.code, "--at 8 mm: must be site" in refused.err) == (2, True)
 

@@ -1,6 +1,6 @@
 """Drawings of a house: plan, walls unfolded in rows, axonometric drawing with joined corners, moving picture."""
 
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -62,6 +62,18 @@ def test_the_unfolded_drawing_names_the_widest_crack_of_each_wall(solved):
         assert top < titles[name] < top + 0.1 * 0.45
     below = [text for text in shown if text in PLAN]
     assert sorted(below) == sorted(2 * list(PLAN))  # at each end the wall it meets
+
+
+def test_words_of_the_unfolded_drawing_lie_apart():
+    """Also of short walls in several rows."""
+    a, b, c, d = ([0, 0], [2.4, 0], [2.4, 1.2], [1.2, 1.2])
+    ends = {"front": (a, b), "right": (b, c), "back": (c, d), "stub": ([0, 1.2], a), "low": ([1.2, 0], d)}
+    ds = damagepred.solve(house(ends), increments=1)
+    ax = draw_unfolded(ds)
+    ax.figure.draw_without_rendering()
+    boxes = [(text.get_text(), text.get_window_extent()) for text in ax.texts if not text.get_bbox_patch()]
+    for (words, box), (others, other) in combinations(boxes, 2):
+        assert not box.overlaps(other), (words, others)
 
 
 @pytest.mark.parametrize(("lengths", "rows"), [([6.0], 1), ([6.0, 4.8, 6.0, 4.8], 2), ([7.2] * 9, 3), ([30.0, 2.4], 2)])

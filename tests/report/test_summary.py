@@ -274,8 +274,8 @@ def test_few_damaged_walls_rank_no_input(tmp_path: Path) -> None:
     said, section = influences(ds, answers(ds)[1])
     assert section is None
     assert said == (
-        f"What changes the answer most for category 1 (very slight) is not known: {damaged} of 32 walls reached it, "
-        "and a ranking of inputs needs 10 or more; run more walls, or take another category."
+        f"What changes the answer most for category 1 (very slight) is not known: {damaged} of 32 samples reached it, "
+        "and a ranking of inputs needs 10 or more; run more samples, or take another category."
     )
 
 

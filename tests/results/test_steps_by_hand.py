@@ -10,7 +10,7 @@ import xarray as xr
 import damagepred
 from damagepred.damage import load_table
 from damagepred.errors import ConvergenceError, InputError, likely_unit, require_number, shown
-from damagepred.formatting import chance, duration, length, number, plain, quantity, ratio, with_band
+from damagepred.formatting import chance, counted, duration, length, number, plain, quantity, ratio, with_band
 from damagepred.one_wall.judged_path import joint_map, model_of
 from damagepred.scene import Movement, Opening, Scene, Wall
 from damagepred.uq.intensity import attributes, movement_words, shown_measure
@@ -125,3 +125,11 @@ def test_words_of_a_settlement(movement: str, words: str) -> None:
         ("mm/m", 1e3),
         ("1", 1.0),
     ]
+
+
+def test_houses_are_counted_and_keys_of_walls_stay() -> None:
+    said = "Walls: 3 walls of 9 (wall.front.thickness, each wall's wall_crack_width_max); a wall."
+    assert counted(said, houses=False) == said
+    assert counted(said, houses=True) == (
+        "Houses: 3 houses of 9 (wall.front.thickness, each house's wall_crack_width_max); a house."
+    )

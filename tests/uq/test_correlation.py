@@ -181,7 +181,7 @@ def test_a_wall_s_value_and_a_joint_s_cannot_be_correlated():
     variables = VARIABLES | {
         "joint.cohesion": Variable(distribution="lognormal", mean=0.375e6, cov=0.35, field=JointField())
     }
-    with pytest.raises(InputError, match=r'"joint.tensile_strength" with "joint.cohesion": one has a value per wall'):
+    with pytest.raises(InputError, match=r'"joint.tensile_strength" with "joint.cohesion": one has a value per sample'):
         Design.make(variables, UNITS, {frozenset(("joint.tensile_strength", "joint.cohesion")): 0.7}, "random", 1)
 
 

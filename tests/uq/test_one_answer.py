@@ -157,6 +157,11 @@ def test_studies_that_know_the_ends_alone_are_compared_at_the_site() -> None:
     curve = fit_fragility(studies["as it is"], categories=[1])
     place = float(np.interp(0.04, curve["intensity"], curve["probability"][0]))
     assert one.estimate.value == pytest.approx(place, abs=1e-3)
+    largest = f"{1e3 * ends.max():.4g} mm"
+    with pytest.raises(InputError, match=rf"at = 500 mm: no sample was moved as far \({largest} at most\)"):
+        exceedance(studies["as it is"], 1, 0.5)
+    with pytest.raises(InputError, match=r"P\(category >= 1\) at 4 mm: .* its samples give no curve"):
+        exceedance(study(np.full(3, 9.0), ends[:3]).isel(increment=-1), 1, 0.004)
 
 
 @pytest.mark.quick_cases

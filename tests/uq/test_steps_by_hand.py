@@ -60,7 +60,7 @@ def test_categories_by_name_and_their_highest_number() -> None:
     assert category_number(xr.Dataset(coords={"category": ("category", [0, 1], flags)}), "very slight") == 1
     with pytest.raises(InputError, match=r"'slihgt': must be a number from 1, or one of very slight, slight\. Did you"):
         category_number(study, "slihgt")
-    with pytest.raises(InputError, match="no wall is solved yet"):
+    with pytest.raises(InputError, match="no sample is solved yet"):
         category_number(xr.Dataset(), "slight")
     assert [highest_category(ds) for ds in (study, study.assign_attrs(highest_category=7), curves)] == [2, 7, 4]
     require_categories(study, [1, 2])

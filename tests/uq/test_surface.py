@@ -75,7 +75,7 @@ def test_walls_damaged_before_any_movement_leave_the_others_their_surface() -> N
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("joint.tensile", "no such variable with one number per wall; sampled inputs are joint.tensile_strength"),
+        ("joint.tensile", "no such variable with one number per sample; sampled inputs are joint.tensile_strength"),
         ("damage_category", "no such variable"),
         ("same", "does not vary"),
     ],

@@ -170,7 +170,7 @@ def _second(ds: xr.Dataset, name: str) -> FloatArray:
         inputs = [n for n in numeric if ds[n].attrs.get("role") == "input"]
         what = f"; sampled inputs are {', '.join(inputs)}" if inputs else ""
         raise InputError(
-            f"second = '{name}': the study has no such variable with one number per wall{what}."
+            f"second = '{name}': the study has no such variable with one number per sample{what}."
             + nearest(name, numeric)
         )
     return np.asarray(ds[name].values, dtype=np.float64)
