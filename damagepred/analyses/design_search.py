@@ -24,7 +24,7 @@ from damagepred.arrays import FloatArray
 from damagepred.campaign.campaign import Campaign, Progress
 from damagepred.campaign.cost_estimate import seconds_per_wall
 from damagepred.campaign.dispatch import sample_timeout
-from damagepred.campaign.settings import StudySettings, key_values, study_tables, with_value
+from damagepred.campaign.settings import StudySettings, key_values, merged, study_tables
 from damagepred.campaign.workers import SharedPool
 from damagepred.errors import InputError, require_count
 from damagepred.formatting import duration
@@ -283,8 +283,7 @@ def _settings_of(
         if "wall.length" in changes:
             base.scene.require_own_length(f"option {option.name}")
         try:
-            for key, value in changes.items():
-                of_scene = with_value(of_scene, key, value)
+            of_scene = merged(of_scene, option.scene)
             base.require_not_drawn(changes, of_scene)
         except InputError as error:
             raise InputError(f"option {option.name}: {error}") from None

@@ -7,6 +7,7 @@ import math
 import warnings
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from copy import copy
+from functools import reduce
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -481,6 +482,11 @@ def key_values(tables: Mapping[str, Any], table: str = "") -> Iterator[tuple[str
             yield from key_values(value, f"{table}{name}.")
         else:
             yield f"{table}{name}", value
+
+
+def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Nested tables with the values of other tables."""
+    return reduce(lambda both, change: with_value(both, *change), key_values(changes), tables)
 
 
 def with_value(tables: Any, key: str, value: Any, table: str = "") -> Any:
