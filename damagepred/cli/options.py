@@ -54,7 +54,12 @@ def writes(names: str, help: str, *suffixes: str, new_folder: bool = False, or_f
         if value is not None and not context.resilient_parsing:
             from damagepred.archive.files import check_output
 
-            inputs = [given for given in context.params.values() if isinstance(given, Path)]
+            # typer 0.20 makes a Path of an argument only after this check
+            arguments = {p.name for p in context.command.params if p.param_type_name == "argument"}
+            given = [
+                v for name, v in context.params.items() if isinstance(v, (str, Path) if name in arguments else Path)
+            ]
+            inputs = [Path(value) for value in given]
             folder = or_folder and (value.is_dir() or not value.suffix)
             check_output(value, *(() if folder else suffixes), inputs=inputs, new_folder=new_folder and not folder)
         return value
