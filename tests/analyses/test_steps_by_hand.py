@@ -192,6 +192,7 @@ def test_losses_of_walls_and_values_of_measures() -> None:
         costs = loss(ds, Target(at="4", repair_costs=(10.0, 25.0)), unfollowed)
         assert costs.tolist() == [25.0, 10.0, 0.0, 25.0 * unfollowed]
     assert loss(ds, Target(at="2.25", category=1, probability=0.1)).tolist() == [1.0, 0.25, 0.0, 1.0]
+    assert damaged(ds.isel(sample=[1, 1]), 1, "2.5").tolist() == [0.5, 0.5]  # halfway between two increments
     with pytest.raises(InputError, match=r"target\.at = 5: no sample has a result there"):
         damaged(
             study(np.full(2, 9.0), end=4.0, increments=4).assign(central_deflection=ds["central_deflection"][:2]),

@@ -9,9 +9,10 @@ from scipy import special, stats
 
 from damagepred.errors import InputError
 from damagepred.uq.exceedance import median_movement
-from damagepred.uq.fragility import FragilityOptions, bands, fit_fragility, fit_lognormal, turnbull
+from damagepred.uq.fragility import FragilityOptions, bands, fit_fragility, fit_lognormal, likelihood, turnbull
 from damagepred.uq.fragility.fit import group_intervals
 from damagepred.uq.fragility.goodness import akaike_criterion, distance
+from damagepred.uq.fragility.turnbull import _icm_step
 from damagepred.uq.intensity import intensity_values
 from tests.uq.test_fragility import SCATTER, TRUTH, fail, known, lognormal, study
 from tests.uq.test_fragility_single import study as single_study
@@ -218,6 +219,24 @@ def test_three_walls_by_hand() -> None:
     assert found.right.tolist() == [2.0, 3.0]
     np.testing.assert_allclose(found.mass, [0.5, 0.5], atol=1e-6)
     np.testing.assert_allclose(found.probability(np.array([0.0, 1.9, 2.0, 2.5, 3.0, 9.0])), [0, 0, 0.5, 0.5, 1, 1])
+
+
+def test_a_step_between_two_masses_is_newton_s() -> None:
+    """L = ln p + 3 ln(1 - p): the step from p = 1/2 ends at the maximum, p = 1/4."""
+    step = _icm_step(np.full(2, 0.5), np.array([0, 1]), np.array([1, 2]), np.array([1.0, 3.0]))
+    np.testing.assert_allclose(step, [0.25, 0.75])
+
+
+def test_a_fit_of_many_walls_starts_with_a_fifth_of_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes: list[int] = []
+    evaluated = likelihood.likelihood
+    monkeypatch.setattr(likelihood, "COARSE_START_ROWS", 100)
+    monkeypatch.setattr(likelihood, "likelihood", lambda p, r, w: (sizes.append(w.shape[1]), evaluated(p, r, w))[1])
+    values = lognormal(np.random.default_rng(1), 8.0, 0.5, 600)
+    rows = likelihood.linear_bounds(values, values, np.ones((600, 1)))
+    (slope, place) = likelihood.maximise_likelihood(rows, np.ones((1, 600)), np.ones(2))[0]
+    assert (slope, place / slope) == pytest.approx((1 / np.log(values).std(), np.log(values).mean()), rel=1e-6)
+    assert (sizes[0], sizes[-1]) == (20, 600)
 
 
 def test_published_data() -> None:
