@@ -19,6 +19,7 @@ from damagepred.archive.schema import (
     category_label,
     check_attributes,
     check_values,
+    dataset,
     flag_name,
     is_dynamic,
     with_shared_movement,
@@ -77,6 +78,8 @@ def test_names_of_flags_and_kinds_of_archives() -> None:
     assert [category_label(ds, k) for k in (-1, 0, 1, 2)] == ["not known", "0 fine", "1 not fine", "2 not known"]
     assert (flag_name(xr.Dataset(), 2, "status"), flag_name(xr.Dataset(), 4, "status")) == ("failed", "not known")
     assert flag_name(xr.Dataset(), 0, "unheard") == "not known"
+    made = dataset({"sample": [3, 4], "central_deflection": [0.0, 1e-3], "damage_category": [0, 1]}, {})
+    assert set(made.coords) == {"sample", "central_deflection"}  # movements belong to the other variables
     time = xr.Dataset({"time": ("increment", [0.0])})
     assert [is_dynamic(x) for x in (time, time.assign(stage=("increment", [0])), xr.Dataset())] == [True, False, False]
     for values in ([1, 2**31 - 1], [0, 2**31], [-(2**31)]):

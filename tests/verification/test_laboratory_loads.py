@@ -254,6 +254,17 @@ def test_wrong_controls_are_refused(wrong: dict[str, object], said: str) -> None
         Loading(**wrong)
 
 
+def test_a_gauge_opens_by_no_motion_of_the_rigid_wall() -> None:
+    """Zero as the wall shifts or turns about the origin; a unit shift of one end counts by the slope of the gauge."""
+    ends = ((0.35, 0.2), (0.96, 0.51))
+    model = assembly.wall_model(controlled(BEAM, control="opening", opening=1e-5, gauge=ends))
+    x, y, one = model.blocks.x, model.blocks.y, np.ones(model.n_blocks)
+    motions = np.array([(one, 0 * x, 0 * x), (0 * x, one, 0 * x), (-y, x, one)]).swapaxes(1, 2).reshape(3, -1)
+    assert motions @ model.test.gauge == pytest.approx(np.zeros(3), abs=1e-12)
+    along = np.clip(model.test.gauge[::3], 0.0, None).sum()
+    assert along == pytest.approx(0.61 / np.hypot(0.61, 0.31))
+
+
 def test_a_gauge_beside_the_wall_is_refused() -> None:
     """A gauge is on bricks."""
     far = controlled(BEAM, control="opening", opening=1e-5, gauge=((0.2, 0.5), (2.0, 0.5)))
