@@ -198,11 +198,12 @@ def test_the_watch_finds_the_tension_of_the_middle() -> None:
         ({"tensile_strength": 2e6, "fracture_energy": 80.0}, {"blocks": "deformable"}, "zones yield"),
         ({"tensile_strength": 2e6, "fracture_energy": 80.0}, {}, ""),
         ({"tensile_strength": 2e6}, {"blocks": "deformable"}, ""),
+        ({"tensile_strength": 2e6}, {"below_dpc": "deformable"}, ""),  # zones below the dpc read it
         ({"cohesion": 2e6}, {}, "block.cohesion: not read"),
     ],
 )
 def test_a_strength_that_nothing_reads_is_named(block: dict[str, float], solver: dict[str, str], said: str) -> None:
-    scene = Scene.from_file_tables({"block": block, "solver": solver}, None, "wall.toml")
+    scene = Scene.from_file_tables({"block": block, "solver": solver, "dpc": {}}, None, "wall.toml")
     cautions = brick_cautions(scene)
     assert said in " ".join(cautions)
     assert bool(cautions) == bool(said)

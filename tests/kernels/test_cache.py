@@ -131,6 +131,15 @@ def test_what_others_may_write_to_is_not_read(level: str, mode: int, places: tup
 
 
 @posix
+def test_the_user_s_own_group_may_write_above_and_no_other(places: tuple[Path, Path], monkeypatch) -> None:
+    places[0].chmod(0o770)
+    monkeypatch.setattr(os, "getgid", lambda: places[0].stat().st_gid)
+    assert cache_folder("kernels-1") == places[0] / "damagepred" / "kernels-1"
+    monkeypatch.setattr(os, "getgid", lambda: places[0].stat().st_gid + 1)
+    assert cache_folder("kernels-1") == places[1] / f"damagepred-{os.getuid()}" / "kernels-1"
+
+
+@posix
 def test_a_link_is_not_followed(places: tuple[Path, Path], tmp_path: Path) -> None:
     (tmp_path / "theirs").mkdir(mode=0o700)
     for base, own in zip(places, ("damagepred", f"damagepred-{os.getuid()}"), strict=True):
