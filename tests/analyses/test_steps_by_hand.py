@@ -202,9 +202,10 @@ def test_losses_of_walls_and_values_of_measures() -> None:
     a, b, c, d = (Option(name=name, cost=cost) for name, cost in (("a", 1.0), ("b", 5.0), ("c", 2.0), ("d", 2.5)))
     choice = (Choice(name="footing", option=(a, b)), Choice(name="joint", option=(c, d)))
     target = Target(at="1", category=1, probability=0.1)
+    assert str(target) == "P(category >= 1 at 1) <= 0.1"
+    assert str(Target(at="4", repair_costs=(10.0,))) == "expected cost with repairs at 4"
     content = Choices(study="s.toml", target=target, choice=choice)
-    built = content.alternatives()
-    assert built == [(a, c), (a, d), (b, c), (b, d)]
+    built = [(a, c), (a, d), (b, c), (b, d)]
     values = {0: np.array([4.0, 6.0, 5.0]), 1: np.array([1.0, 2.0]), 2: np.array([3.0, 3.0, 1.0]), 3: np.zeros(3)}
     (footing, joint) = _values_of_measures(content, built, values)
     pairs = np.array([[-1.0, -3.0], [-1.0, -2.0]]).mean(axis=0)  # b less a: with c, and with d, of two samples each
