@@ -102,9 +102,9 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=300)
     parser.add_argument("--cases", type=int, default=200, help="walls of both kinds")
     parser.add_argument(
-        "--surveys", type=int, default=12, help="of each wall, at other movements and with other errors"
+        "--surveys", type=int, default=5, help="of each wall, at other movements and with other errors"
     )
-    parser.add_argument("--few", type=int, default=4, help="surveys with fewer stored walls, and with levels")
+    parser.add_argument("--few", type=int, default=2, help="surveys with fewer stored walls, and with levels")
     parser.add_argument("--folder", type=Path, default=HERE / "results")
     parser.add_argument("-j", "--workers", type=int, default=2)
     given = parser.parse_args()
@@ -116,7 +116,7 @@ def main() -> None:
     cracks, certain = Survey(PLACES), InferenceOptions(replays=given.samples, discrepancy_points=1)
     for name, survey, options, surveys in (
         ("cracks", cracks, InferenceOptions(replays=given.samples), given.surveys),
-        ("cracks, discrepancy taken as certain", cracks, certain, given.surveys),
+        ("cracks, discrepancy taken as certain", cracks, certain, given.few),
         ("cracks, half of the stored walls", cracks, InferenceOptions(replays=given.samples // 2), given.few),
         ("cracks, a quarter of the stored walls", cracks, InferenceOptions(replays=given.samples // 4), given.few),
         ("cracks and levels", Survey(PLACES, LEVELS), InferenceOptions(replays=given.samples), given.few),

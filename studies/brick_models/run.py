@@ -1,6 +1,6 @@
 """The fragility of the window wall with rigid, elastic and zoned bricks, over the same samples.
 
-    python studies/brick_models/run.py [--samples 128] [--workers 2]
+    python studies/brick_models/run.py [--samples 64] [--workers 2]
 
 runs the same samples with each kind of bricks, half of them with zones, and resumes. It then solves two walls of
 each kind again, in turn, for their processor time, and writes the tables of the README and ``fragility.png``.
@@ -104,7 +104,7 @@ def difference_rows(studies: dict[str, xr.Dataset]) -> list[str]:
 def main() -> None:
     """Run the studies, write the tables, draw the curves."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--samples", type=int, default=128)
+    parser.add_argument("--samples", type=int, default=64)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--bricks", nargs="+", choices=list(BRICKS), default=list(BRICKS))
     parser.add_argument("--folder", type=Path, default=HERE / "results")
