@@ -18,6 +18,8 @@ from damagepred.archive.files import write_dataset
 from damagepred.plotting.geometry import Faces, ground_profile
 from damagepred.report import write_report
 from damagepred.report.explorer import LEVELS, explorer
+from damagepred.report.parts import Drawing, Page
+from damagepred.report.writing import page_html
 from tests.synthetic_studies import synthetic_study
 
 HTML = "{http://www.w3.org/1999/xhtml}"
@@ -159,3 +161,9 @@ def test_the_page_has_one_script_of_its_own_and_the_still_drawing(wall: xr.Datas
     assert 0.0 < share[0] < 0.2
     assert 0.75 < share[1] < 1.0
     assert float(linked[0].get("data-to")) == pytest.approx(12.0, rel=0.05)
+
+
+@pytest.mark.parametrize("walls", ["", "{}"])
+def test_only_drawings_with_walls_bring_the_script_that_moves_them(walls: str) -> None:
+    page = Page("a house", "", [], "", [], [], [], first=[Drawing("a", "", "", "<svg></svg>", walls)])
+    assert ("DecompressionStream" in page_html(page)) == bool(walls)
