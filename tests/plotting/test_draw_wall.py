@@ -10,9 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import damagepred
+from damagepred.damage import load_table
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.plotting import draw, draw_cracks, draw_scene, draw_wall
+from damagepred.plotting.colours import MM, shade_bands
 from damagepred.plotting.geometry import (
     Deformed,
     Faces,
@@ -106,6 +108,13 @@ def test_the_footing_goes_where_the_archive_says(on_jacks):
     assert ends - middle == pytest.approx(float(on_jacks.central_deflection[-1]), rel=1e-9)
     ax = draw(on_jacks, "footing_rise")
     assert ax.lines[-1].get_ydata() == pytest.approx(1e3 * rise)
+
+
+def test_a_band_of_widths_that_begins_at_the_top_is_left_out():
+    ax, table = Figure().subplots(), load_table("as2870")
+    ax.set_ylim(0.0, table.limits[1] * MM)
+    shade_bands(ax, table)
+    assert [text.get_text()[0] for text in ax.texts] == ["0", "1"]
 
 
 def test_open_stretches_are_interpolated():
