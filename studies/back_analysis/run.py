@@ -101,9 +101,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--samples", type=int, default=300)
     parser.add_argument("--cases", type=int, default=200, help="walls of both kinds")
-    parser.add_argument(
-        "--surveys", type=int, default=5, help="of each wall, at other movements and with other errors"
-    )
+    parser.add_argument("--surveys", type=int, default=5, help="of each wall, at other movements and with other errors")
     parser.add_argument("--few", type=int, default=2, help="surveys with fewer stored walls, and with levels")
     parser.add_argument("--folder", type=Path, default=HERE / "results")
     parser.add_argument("-j", "--workers", type=int, default=2)
