@@ -92,8 +92,8 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
     middle, colours = (gaps[:, :2] + gaps[:, [3, 2]]) / 2, _crack_colours(ds, cracks.crack)
     sheet.add_lines(ax, middle, colors=colours, linewidths=2.2, zorder=4, label="cracks")
     widths, categories = (ds[f"wall_{name}"].values[increment] for name in ("crack_width_max", "damage_category"))
-    row_of = np.array([level for _, level in places])[ds["block_wall"].values[drawn.block]]
-    rows = {level: drawn.shape[row_of == level, 1] for _, level in places}
+    wall_at, y = ds["block_wall"].values[drawn.block], drawn.shape[:, 1]
+    row_of = np.array([level for _, level in places])[wall_at]
     letters, top = sheet.letters_across(ax) / float(np.ptp(ax.get_xlim())), 0.0  # per metre
     for number, (wall, (left, level)) in enumerate(zip(house.wall, places)):
         words = f"{wall.name}: {MM * widths[number]:.2f} mm, category {categories[number]}"
@@ -101,8 +101,9 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
         if room * letters < len(words):
             words = textwrap.fill(words, max(8, int(room * letters)))
         title: dict[str, Any] = {"textcoords": "offset points", "va": "bottom", "fontsize": small(ax)}
-        ax.annotate(words, (left, rows[level].max()), (0, 3), **title)
-        top = max(top, rows[level].max() + 1.4 * line * (1 + words.count("\n")))
+        highest = float(y[wall_at == number].max())
+        ax.annotate(words, (left, highest), (0, 3), **title)
+        top = max(top, highest + 1.4 * line * (1 + words.count("\n")))
         own = np.flatnonzero(wall_of == number)
         if own.size:
             widest = own[cracks.crack[own].argmax()]
@@ -116,7 +117,7 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
         left, level = places[number]
         below: dict[str, Any] = {"textcoords": "offset points", "va": "top", "fontsize": 0.9 * small(ax)}
         below["ha"] = {0.0: "left", round(house.wall[number].length, 3): "right"}.get(x, "center")
-        ax.annotate(", ".join(names), (left + x, rows[level].min()), (0, -3), color="0.4", **below)
+        ax.annotate(", ".join(names), (left + x, y[row_of == level].min()), (0, -3), color="0.4", **below)
     sheet.elevation(ax)
     low = float(drawn.shape[:, 1].min()) - 3.0 * line
     ax.set_ylim(low, top + 0.5 * line)

@@ -71,7 +71,7 @@ def test_a_wall_damaged_before_any_movement_does_not_prevent_a_curve(model: str,
     np.testing.assert_allclose(one["probability"][1:], 0.01 + 0.99 * phi, rtol=1e-12)
     assert float(one["probability"][0]) == 0.01
     assert float(curves["share_at_start"][1]) == 0.0
-    assert "1 walls reached it before any movement" in str(one["fit_note"].values)
+    assert "1 wall reached it before any movement" in str(one["fit_note"].values)
     assert (one["probability_lower"] <= one["probability"]).all()
     with pytest.raises(InputError, match=r"0\.01 of the walls are in it before any movement"):
         export_curves(curves, "openquake", tmp_path / "c.nc")

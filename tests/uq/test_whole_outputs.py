@@ -66,7 +66,7 @@ def test_every_column_of_curves() -> None:
         assert np.isnan(float(one[name])), name
     assert curves["fit_status"].values.tolist() == ["fitted", "extrapolated"]
     assert curves["fit_note"].values.tolist() == [
-        "1 walls reached it before any movement; median and dispersion are of the others; rests on 9 walls that "
+        "1 wall reached it before any movement; median and dispersion are of the others; rests on 9 walls that "
         "reached it",
         "rests on 4 walls that reached it; its median lies beyond the study's movement",
     ]

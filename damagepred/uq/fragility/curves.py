@@ -267,8 +267,8 @@ def _add_start_share(columns: Columns, before: BoolArray, weight: FloatArray, co
     columns["share_at_start"], columns["share_at_start_lower"], columns["share_at_start_upper"] = np.array(start).T
     for name in [name for name in columns if name.startswith("probability")]:
         columns[name] = np.array([p0.mixed(name, curve) for p0, curve in zip(start, columns[name])])
-    words = "walls reached it before any movement; median and dispersion are of the others"
-    notes = [f"{n} {words}" if n else "" for n in before.sum(axis=1)]
+    words = "reached it before any movement; median and dispersion are of the others"
+    notes = [f"{n} wall{'s' * (n > 1)} {words}" if n else "" for n in before.sum(axis=1).tolist()]
     columns["fit_note"] = np.array(["; ".join(filter(None, both)) for both in zip(notes, columns["fit_note"])])
     at_start = (columns["fit_status"] == NEVER) & before.any(axis=1)
     columns["fit_status"] = np.where(at_start, AT_START, columns["fit_status"])
