@@ -373,15 +373,16 @@ class StudySettings:
         """Refuse values by key of the tables of a changed scene, if the variables would replace them in each sample."""
         named = scene.get("material") is not None and not self.study.material_scatter
         by_material = material(str(scene["material"])).values if named else ()
-        drawn = {key: self.scene.places(key) for key in self.variables}
-        for key in (key for name in keys for key in (by_material if name == "material" else (name,))):
-            for variable in (variable for variable, places in drawn.items() if places & self.scene.places(key)):
-                which = "this number" if variable == key else variable
-                each = "house" if isinstance(scene.get("wall"), list) else "wall"
-                raise InputError(
-                    f"{key}: the study draws {which} for each {each}, so another value has no effect; take it out of "
-                    "[variables], or draw joint.strength_factor instead."
-                )
+        places = {key: self.scene.places(key) for key in self.variables}
+        given = [key for name in keys for key in (by_material if name == "material" else (name,))]
+        drawn = {key: [v for v in places if places[v] & self.scene.places(key)] for key in given}
+        if names := [key for key in given if drawn[key]]:
+            others = dict.fromkeys(variable for key in names for variable in drawn[key] if variable != key)
+            each = "house" if isinstance(scene.get("wall"), list) else "wall"
+            raise InputError(
+                f"{', '.join(names)}: the study draws {', '.join(others) or 'this number'} for each {each}, so another "
+                "value has no effect; take it out of [variables], or draw joint.strength_factor instead."
+            )
 
     def means(self) -> dict[str, float]:
         """Mean of every variable, by key."""

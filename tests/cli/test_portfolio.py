@@ -93,8 +93,8 @@ def test_a_movement_beyond_the_walls_of_a_house_gives_bounds(files: Path, comman
         ("length (m)\n3\n", "has no column 'name'"),
         ("name,at\na,8\n", "line 2: at 8: give the unit"),
         ("name,at,site_class\na,8 mm,H1\n", "columns 'at' and 'site_class'"),
-        ("name,opening.2.x\na,1\n", "opening.2.x = '1': the study's list has 1 entries"),
-        ("name,soil_layer.1.thickness\na,1\n", r"the study has no \[\[soil_layer\]\]"),
+        ("name,opening.2.x\na,1\n", "opening.2.x = '1': opening.2: there is no such opening; the study has 1"),
+        ("name,soil_layer.1.thickness\na,1\n", r"soil_layer: the study has none"),
         (
             "name,joint.strength_factor\na,2\n",
             "line 2: joint.strength_factor: the study draws this number for each wall",
