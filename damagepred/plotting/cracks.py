@@ -78,7 +78,7 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, tra
             style = {"linewidths": thick, "linestyles": dashes, "zorder": 3, "label": label}
             sheet.add_lines(ax, segment[chosen], colors=colour, **style)
             handles.append(Line2D([], [], color=colour, linewidth=thick, linestyle=dashes, label=label))
-    order = np.flatnonzero(joint)[np.argsort(opening[joint])]
+    order = np.flatnonzero(joint)[np.argsort(opening[joint], kind="stable")]
     shades, widths = ([scale[c] for c in category[order]] for scale in (CATEGORY_COLOURS, _THICKNESS))
     sheet.add_lines(ax, segment[order], colors=shades, linewidths=widths, capstyle="round", zorder=4, label="cracks")
     edges = [sheet.plain_number(limit * sheet.MM) for limit in table.limits]

@@ -130,7 +130,7 @@ def _middle(gaps: FloatArray) -> FloatArray:
 def _draw_cracks(ax: Axes, gaps: FloatArray, width: FloatArray, table: DamageTable) -> None:
     """Draw cracks (m, 4, 2) coloured by width (mm), the widest on top, and the colour bar."""
     palette, norm = colours.width_colours(table)
-    order = np.argsort(width)
+    order = np.argsort(width, kind="stable")
     lines = 1.0 + 0.35 * np.asarray(norm(width[order]), dtype=np.float64)
     _draw_gaps(ax, gaps[order], palette(norm(width[order])), lines, "cracks", 4)
     limits = [limit * sheet.MM for limit in table.limits]
