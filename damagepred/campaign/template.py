@@ -15,7 +15,7 @@ Template = Literal[
 thirty years of seasons; tree at one end; end that settles; ground of a soil log; cracks and levels of a survey; walls
 in plan beside a tree, a scene."""
 VARIABLES = {"": "joints", "[scene.dpc]": "dpc"}
-"""Files with variables that templates end with, by a line that a template must have."""
+"""Files with variables that templates end with, by a line that a template must have; its own variables stay alone."""
 FOLDER = Path(__file__).parent / "templates"
 
 
@@ -25,7 +25,8 @@ def template(name: Template, path: Path) -> str:
         raise InputError(f"template = '{name}': must be one of {', '.join(get_args(Template))}.")
     text = _text(name)
     parts = {} if name == "house" else VARIABLES  # a scene
-    text = "\n".join([text, *(_text(part) for line, part in parts.items() if f"\n{line}" in text)])
+    more = [_text(part) for line, part in parts.items() if f"\n{line}" in text]
+    text = "\n".join([text, *(part for part in more if part.partition("\n")[0] not in text)])
     return text.replace("{name}", path.name).replace("{stem}", path.stem)
 
 

@@ -7,6 +7,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from damagepred.analyses.stored_walls import require_on
 from damagepred.campaign.sample import joint_places
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.template import Template, write_template
@@ -48,7 +49,9 @@ def test_a_survey_comes_with_its_observations(tmp_path: Path) -> None:
     files = write_template(tmp_path / "house.toml", "survey")
     assert [file.name for file in files] == ["house.toml", "house_observations.toml"]
     observed = Observations.from_toml(files[1])
-    assert (len(observed.crack), len(observed.level)) == (3, 2)
+    assert (len(observed.crack), len(observed.level), len(observed.dates)) == (3, 8, 2)
+    assert all(crack.width for crack in observed.crack)
+    require_on(observed, StudySettings.from_toml(files[0]).scene, "the template")
     (tmp_path / "house.toml").unlink()
     with pytest.raises(InputError, match=r"house_observations\.toml: exists and was not changed"):
         write_template(tmp_path / "house.toml", "survey")
