@@ -129,7 +129,7 @@ def test_each_template_describes_a_wall_that_can_be_built(command: Run, tmp_path
     scene, _ = Study.from_toml(tmp_path / "house.toml").sample(0)
     shape = {"wall": "three_loads", "seasons": "three_loads", "jacks": "jacks"}.get(name, "mound")
     assert (scene.movement.shape, bool(scene.control_joint)) == (shape, name == "control-joint")
-    assert model_of(scene).n_blocks > 500
+    assert model_of(scene).n_blocks > 150
 
 
 def test_check_prices_a_study(command: Run, small_study_file: Path) -> None:
