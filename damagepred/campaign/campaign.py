@@ -101,7 +101,20 @@ def study_differences(frozen: StudySettings, settings: StudySettings) -> list[st
 
 
 class Campaign:
-    """Samples of a study, and the run that solves them; limits hold for one wall."""
+    """Samples of a study, and the run that solves them.
+
+    Parameters
+    ----------
+    settings : StudySettings
+        Scene, variables and sampling.
+    limits : Limits
+        Estimated cost of one wall above which the study is refused, and time limit of a wall; ``NO_LIMITS`` lifts them.
+
+    Examples
+    --------
+    >>> study = Campaign.from_toml("house.toml")                 # doctest: +SKIP
+    >>> study.run("house.dp", samples=100, workers=2)         # doctest: +SKIP
+    """
 
     @checked
     def __init__(self, settings: StudySettings, limits: Limits = Limits()) -> None:  # noqa: B008 - frozen
@@ -114,7 +127,20 @@ class Campaign:
 
     @classmethod
     def from_toml(cls, path: str | Path, limits: Limits = Limits()) -> Self:  # noqa: B008 - frozen
-        """Read a study file (TOML); a missing or invalid file or scene raises InputError."""
+        """Read a study file.
+
+        Parameters
+        ----------
+        path : str or Path
+            TOML file.
+        limits : Limits
+            Estimated cost above which the study is refused, and time limit of a wall.
+
+        Raises
+        ------
+        InputError
+            If the file, or its scene file, is missing or invalid.
+        """
         return cls(StudySettings.from_toml(path), limits)
 
     @classmethod
@@ -131,9 +157,14 @@ class Campaign:
 
     @checked
     def sample(self, number: int, samples: int | None = None) -> tuple[Scene, dict[str, FloatArray]]:
-        """Scene of one sample, counted from 0, and its values that vary from joint to joint.
+        """Scene of one sample, and its values that vary from joint to joint.
 
-        Only a Latin hypercube depends on the number of samples of the design.
+        Parameters
+        ----------
+        number : int
+            Number of the sample, from 0.
+        samples : int, optional
+            Number of samples of the design; only a Latin hypercube depends on it.
         """
         require_count("number", number, 0)
         if samples is not None:
@@ -371,7 +402,14 @@ class Campaign:
     @checked
     @one_blas_thread()
     def design_dataset(self, samples: int) -> xr.Dataset:
-        """Every input of the first samples, by its key; of joints if the study stores them and they fit."""
+        """Every input of the first samples.
+
+        Returns
+        -------
+        xarray.Dataset
+            One variable per sampled number, named by its key: on (sample,), or on (sample, joint) if it varies from
+            joint to joint, the study stores fields, and they fit (``MOST_VALUES``).
+        """
         require_count("samples", samples)
         require_affordable(self.settings, self.limits, samples)
         values = self.design.wall_values(samples)
