@@ -176,9 +176,10 @@ def _mark_limits(ax: Axes, span: float) -> None:
 
 
 def _write_at_top(ax: Axes, x: float, words: str, **style: Any) -> None:
-    """Write below the frame's top, where few curves run."""
-    place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "va": "top", "color": "0.35"}
-    ax.annotate(words, (x, 0.985), fontsize=sheet.small(ax), **place, **style)
+    """Write below the frame's top, on white above the curves."""
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0}
+    place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "va": "top", "color": "0.35", "zorder": 4}
+    ax.annotate(words, (x, 0.985), fontsize=sheet.small(ax), bbox=box, **place, **style)
 
 
 def _mark_site_classes(ax: Axes) -> None:

@@ -159,7 +159,7 @@ class NumberTable:
 
 
 def read_number_table(path: str | Path, columns: int | None = None, header: bool = True) -> NumberTable:
-    """Table of a CSV file or an xlsx workbook with a due number of columns; without ``header`` they may lack names."""
+    """Table of a CSV file or an xlsx workbook, with ``columns`` columns; without ``header`` they may lack names."""
     import pandas as pd
 
     path = Path(path)
@@ -174,7 +174,7 @@ def read_number_table(path: str | Path, columns: int | None = None, header: bool
     while width > 1 and not any(cells[width - 1] for _, cells in rows):  # spreadsheets leave empty columns
         width -= 1
     if columns is not None and width != columns:
-        raise InputError(f"{path}: has {width} columns, and {columns} are due.{_hint(separator, rows[0][1], columns)}")
+        raise InputError(f"{path}: has {width} columns; {columns} are expected.{_hint(separator, rows[0][1], columns)}")
     first, headers = rows[0][0], rows[0][1][:width]
     named = header or not any(re.match(r"[-+.,]?\d|[-+]?(nan|inf)|$", cell, re.IGNORECASE) for cell in headers)
     if named:

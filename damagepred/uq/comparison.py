@@ -62,8 +62,8 @@ def compare(
     Raises
     ------
     InputError
-        If there are fewer than two studies, they differ in the measure of the movement or in the damage table, or know
-        walls at their own movements alone and another one is asked for.
+        If there are fewer than two studies, if they differ in the measure of the movement or in the damage table, or if
+        a study has each wall at its own movement only and ``at`` asks for another one.
 
     Examples
     --------

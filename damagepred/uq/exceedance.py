@@ -1,8 +1,9 @@
 """The probability that a category is reached by a movement, and a category's median movement, from a study's walls.
 
 One estimate serves every command: redistribution to the right (Efron 1967; without intervals, Kaplan and Meier). A wall
-that was not followed as far takes the share of those followed further, which is right if walls do not end early because
-they are weak or strong. The estimate is the mean of pseudo-values, one per wall (Andersen, Klein and Rosthoej 2003).
+that was not followed as far takes the share of those followed further. This is unbiased if the end of a path does not
+depend on the strength of its wall. The estimate is the mean of pseudo-values, one per wall (Andersen, Klein and
+Rosthoej 2003).
 """
 
 from __future__ import annotations

@@ -238,9 +238,9 @@ class Observations:
     discrepancy: Discrepancy = Field(default_factory=Discrepancy)
     """Discrepancy of the model."""
     movement: str | None = None
-    """Prior of the movement: a site class or a distribution; by default all movements up to the study's are alike."""
+    """Prior of the movement: a site class or a distribution; uniform up to the study's largest by default."""
     prior_odds: dict[str, Pure] = Field(default_factory=dict)
-    """Of causes, by the name of their study, and of ``"another cause"``; by default they are alike."""
+    """Of causes, by the name of their study, and of ``"another cause"``; equal by default."""
 
     def __post_init__(self) -> None:
         """Refuse observations that say nothing or two things."""

@@ -141,7 +141,7 @@ def draw(studies: dict[str, xr.Dataset]) -> None:
     figure, axes = plt.subplots(len(studies), 1, figsize=(8, 13), sharex=True, layout="constrained")
     for ax, (name, ds) in zip(axes, studies.items()):
         draw_fragility(fit_fragility(ds, categories=[1, 2]), ax=ax)
-        ax.set_ylabel("probability of the category\nor worse (1)")
+        ax.set_ylabel("probability of the category\nor worse")
         ax.set_title({"zones": "bricks of zones"}.get(name, f"{name} bricks"), loc="left")
     figure.savefig(HERE / "fragility.png", dpi=110)
 

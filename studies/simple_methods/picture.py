@@ -39,7 +39,7 @@ def draw_diagram(reached: pd.DataFrame, category: int = 2) -> Figure:
     for ax in panels[1]:
         ax.set_xlabel("length / height")
     for ax in panels[:, 0]:
-        ax.set_ylabel("central deflection / length (1), logarithmic")
+        ax.set_ylabel("central deflection / length, logarithmic")
     limits = load_strain_table().limits
     handles = [
         Line2D(

@@ -168,7 +168,7 @@ def test_a_run_covers_its_records(tmp_path: Path) -> None:
         (LATE.replace("m/s2", "g"), "", "scale = 9.81", r"'a \(g\)'; scale = 9\.81 converts it again"),
         ("0,0\n1,1\n1,0\n", "", "", "rise from line to line"),
         ("-1,0\n1,1\n2,0\n", "", "", "0 or later"),
-        ("t,ax,ay\n0,0,0\n1,1,1\n", "", "", "3 columns, and 2 are due"),
+        ("t,ax,ay\n0,0,0\n1,1,1\n", "", "", "3 columns; 2 are expected"),
         ("t,a\n0,0\n1,x\n", "", "", "line 3"),
         ("t;a\n0;0\n1;0,5\n2;1.5\n", "", "", "decimal points"),
     ],

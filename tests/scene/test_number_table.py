@@ -97,7 +97,7 @@ def test_a_header_may_be_left_out_where_columns_go_by_their_place(tmp_path: Path
     for text in ("nan,1\n2,3\n", ",1\n2,3\n"):
         with pytest.raises(InputError, match="line 1"):
             read_number_table(written(tmp_path, text), columns=2, header=False).numbers(0, "m")
-    with pytest.raises(InputError, match="has 3 columns, and 2 are due"):
+    with pytest.raises(InputError, match="has 3 columns; 2 are expected"):
         read_number_table(written(tmp_path, "0,1,5\n2,3,5\n"), columns=2, header=False)
 
 

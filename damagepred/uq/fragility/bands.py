@@ -2,7 +2,7 @@
 
 One rule: quantiles of the posterior where few walls determine the curve, otherwise BCa of resampled walls (Efron 1987,
 J. Am. Stat. Assoc. 82), with the acceleration from the influence of the walls on the fit instead of a jackknife.
-Categories of paths that share a dispersion have no posterior, for their composite likelihood is no likelihood.
+Curves of paths that share a dispersion have no posterior: their composite likelihood is not a probability density.
 
 The prior d(ln median) d(dispersion) / dispersion gives exact confidence limits for capacities known exactly (Severini,
 Mukerjee and Ghosh 2002, Biometrika 89). Where each wall is known at one movement alone, that prior would let the
