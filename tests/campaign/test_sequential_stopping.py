@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from damagepred.archive.folder import StudyFolder
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.stopping import run_until
 from damagepred.cli.sentences import ending_lines
@@ -68,6 +69,7 @@ def test_weights_are_kept_with_the_samples(tmp_path: Path) -> None:
         study.run(tmp_path / "s.dp", samples=4, executor=executor)
         study.run(tmp_path / "s.dp", executor=executor)
     ds = open_study(tmp_path / "s.dp")
+    assert StudyFolder(tmp_path / "s.dp").manifest()["samples"] == 8
     np.testing.assert_array_equal(ds["weight"], study.design.weights(8))
     assert ds["weight"].max() <= 5
     assert (ds["joint.friction"] == study.design.wall_values(8)["joint.friction"]).all()

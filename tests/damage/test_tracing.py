@@ -173,6 +173,10 @@ def test_yielded_zones_join_cracks_across_a_brick():
     assert (crack.path_pieces < 0).sum() >= 2
     assert crack.branches == 0
     np.testing.assert_allclose(crack.path[[0, -1]], [(4 * HALF, 2 * COURSE), (4 * HALF, 5 * COURSE)])
+    # a zone around the middle of a cracked piece touches it, though neither end
+    pieces, cracked = Pieces(wall.map), wall.cracked.ravel()
+    x, y = (pieces.place[cracked][0].mean(axis=0) + 0.1 * MM * np.array([(-1, -1), (1, -1), (0, 1)])).T
+    assert len(links_of(pieces, cracked, x, y, np.array([[0, 1, 2]]), np.array([True])).ends) == 1
 
 
 def test_orientation_of_a_slope_through_bricks_is_diagonal():

@@ -27,7 +27,7 @@ from damagepred.plotting.geometry import (
 )
 from damagepred.plotting.pictures import save_scene_picture
 from damagepred.plotting.sheet import moved_to
-from damagepred.plotting.stress import bending_stress, block_stress
+from damagepred.plotting.stress import bending_stress, block_stress, stress_levels
 from damagepred.scene import Mound, Movement, Scene
 
 
@@ -108,6 +108,7 @@ def test_the_footing_goes_where_the_archive_says(on_jacks):
     assert ends - middle == pytest.approx(float(on_jacks.central_deflection[-1]), rel=1e-9)
     ax = draw(on_jacks, "footing_rise")
     assert ax.lines[-1].get_ydata() == pytest.approx(1e3 * rise)
+    assert draw_wall(on_jacks, increment=0).dataLim.intervalx == pytest.approx([-0.03 * 1.2, 1.03 * 1.2])
 
 
 def test_a_band_of_widths_that_begins_at_the_top_is_left_out():
@@ -201,6 +202,12 @@ def test_every_variable_of_a_wall_has_a_picture(deformable, on_jacks):
                 with pytest.raises(InputError, match=f"variable = '{name}'"):
                     draw(ds, str(name), ax)
         assert len(drawn) > 30
+
+
+def test_colours_of_stresses_leave_out_a_small_share_of_the_area(deformable):
+    peak = deformable.copy(deep=True)
+    peak["zone_stress_xx"][-1, :2] = 1e9
+    assert stress_levels(peak, "stress_xx", [-1]).tolist() == stress_levels(deformable, "stress_xx", [-1]).tolist()
 
 
 def test_elastic_blocks_show_their_bending_about_the_mean_stress_of_their_joints() -> None:

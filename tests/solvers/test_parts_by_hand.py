@@ -24,6 +24,7 @@ from damagepred.solvers.dynamics.body_arrays import _spread
 from damagepred.solvers.explicit.jack_servo import GAIN_RATIO, LINE_STIFFNESS_RATIO, Pump
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.options import DEFAULTS
+from damagepred.solvers.quasi_static.bond_failures import BondFailures
 from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.residual import JackControl
@@ -125,6 +126,20 @@ def test_load_of_a_softened_bond_by_hand(share: float, e: float) -> None:
     for tau in (0.5 * limit, -1.7 * limit):
         found = softened_bond_load(True, parameters, kappa, e, tau, 1.0)
         assert found == pytest.approx(1.0 + (abs(tau) - limit) / 0.3e6)
+
+
+@pytest.mark.parametrize(("kept", "closes"), [(0.02e6, True), (0.0, False)])
+def test_a_broken_bond_that_keeps_strength_closes_again_within_it(kept: float, closes: bool) -> None:
+    wall = Assembly(joint=replace(SOFT, fracture_energy=None, residual_tensile_strength=kept))
+    wall.add_block(rectangle(0.0, 0.0, 0.3, 0.1))
+    wall.rest_on_ground([0])
+    model = wall.build(STIFF)
+    history = JointHistory.fresh(model)
+    history.kappa[:] = np.inf
+    stress = np.array([[-1.0, 0.9, 1.1]]) * kept
+    bonds = BondFailures(model, DEFAULTS.continuation, history)
+    assert bonds.reclose(history, stress / 2e9, np.array([[True, False, False]])) == bonds.can_reclose == closes
+    assert (history.kappa == 0.0).tolist() == [[False, closes, False]]
 
 
 def test_slip_breaks_the_bonds_of_the_sliding_joint_alone() -> None:

@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,8 @@ from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.stepper import explicit_path
 from damagepred.solvers.quasi_static import stepper as quasi_static
-from damagepred.solvers.symmetry import reduce_by_symmetry
+from damagepred.solvers.state.increment import ZoneResults
+from damagepred.solvers.symmetry import _unfolded, reduce_by_symmetry
 from tests.properties.statics import unbalanced
 from tests.solvers.walls import stack
 
@@ -221,6 +223,15 @@ def by_hand(change: Callable[[Assembly], object]) -> Model:
     wall = wall_by_hand()
     change(wall)
     return wall.build()
+
+
+def test_zones_of_the_other_half_are_mirror_images() -> None:
+    both, mirrored_half = np.zeros(2, dtype=np.int64), np.array([False, True])
+    half = SimpleNamespace(gridpoint=both, zone=both, mirrored_gridpoint=mirrored_half, mirrored_zone=mirrored_half)
+    whole = _unfolded(half, ZoneResults(np.array([[1.0, 2.0]]), np.array([[3.0, 4.0, 5.0, 6.0]]), np.array([7])))
+    assert whole.displacement.tolist() == [[1.0, 2.0], [-1.0, 2.0]]
+    assert whole.stress.tolist() == [[3.0, 4.0, 5.0, 6.0], [3.0, 4.0, -5.0, 6.0]]
+    assert whole.state.tolist() == [7, 7]
 
 
 def sheared_ground() -> Model:
