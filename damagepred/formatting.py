@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import fields
 from typing import Any
 
 _SCALES: dict[str, tuple[tuple[float, str], ...]] = {
@@ -108,8 +107,3 @@ def duration(seconds: float) -> str:
     if seconds < 5400:
         return f"{seconds / 60:.0f} min"
     return f"{seconds / 3600:.1f} h"
-
-
-def options_text(options: Any) -> str:
-    """Return all options of an algorithm, fields of a dataclass, in one line for the attributes of a dataset."""
-    return ", ".join(f"{field.name} = {getattr(options, field.name):g}" for field in fields(options))

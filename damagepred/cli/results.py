@@ -159,9 +159,6 @@ def fragility(
     extrapolated: opt.Extrapolated = False,
     categories: opt.Categories = None,
     against: Annotated[str | None, Option(help="Input to fit a surface to, of the category of --categories.")] = None,
-    options: Annotated[
-        Path | None, Option(help="TOML file with options of the fit, for experts.", show_default=False)
-    ] = None,
     measure: opt.Measure = None,
     footing_gap: opt.FootingGap = None,
 ) -> None:
@@ -176,7 +173,6 @@ def fragility(
     if measure is not None or footing_gap is not None:
         study = dp.judge_again(study, measure=measure, count_footing_gap=footing_gap)
     fit: dict[str, Any] = {"intensity": intensity, "confidence": confidence, "bootstrap": bootstrap}
-    fit["options"] = terminal.fragility_options(options)
     if against is not None:
         if wanted is None or len(wanted) != 1:
             raise InputError("--against: a surface is of one category; name it, such as --categories 2.")

@@ -25,12 +25,9 @@ from damagepred.formatting import duration
 from damagepred.inputs.text import controls_escaped
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from damagepred.one_wall.judged_path import Step
     from damagepred.results.tables import Table
     from damagepred.study import Progress as StudyProgress
-    from damagepred.uq.fragility import FragilityOptions
 
 
 class _Stream:
@@ -308,20 +305,6 @@ def quantity(option: str, text: str, unit: str) -> float:
         return to_si(text, unit)
     except ValueError as error:
         raise InputError(f"{option} {text!r}: {error}.") from None
-
-
-def fragility_options(file: Path | None) -> FragilityOptions:
-    """Read options of a fragility fit from a TOML file; the defaults if there is none."""
-    from damagepred.inputs.input_files import read_toml
-    from damagepred.scene.described import build
-    from damagepred.uq.fragility.fit import RETIRED, FragilityOptions
-
-    if file is None:
-        return FragilityOptions()
-    tables = read_toml(file)
-    for key in (key for key in RETIRED if tables.pop(key, None) is not None):
-        note(f"note: {file}: {key} has no effect any more; leave it out")
-    return build(FragilityOptions, tables, str(file))
 
 
 def categories(text: str | None) -> list[int | str] | None:

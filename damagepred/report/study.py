@@ -33,7 +33,7 @@ from damagepred.results.rejudge import footing_gap_note, has_dpc, judge_again, m
 from damagepred.results.tables import Table, curve_columns, worst_category_columns, year_columns
 from damagepred.uq.exceedance import category_capacities, own_movements
 from damagepred.uq.fragility import fit_fragility
-from damagepred.uq.fragility.fit import DEFAULT
+from damagepred.uq.fragility.bands import POSTERIOR_BELOW
 from damagepred.uq.intensity import intensity_values, movement_measure, movement_words
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def _fitted(ds: xr.Dataset, confidence: float, bootstrap: int) -> xr.Dataset:
     """Curves fitted each for itself, or with one dispersion if they cross."""
     fit = partial(fit_fragility, ds, confidence=confidence, bootstrap=bootstrap, goodness=min(GOODNESS, bootstrap))
     curves = fit()
-    enough = ds.sizes["sample"] >= DEFAULT.posterior_below  # curves with one dispersion have a band
+    enough = ds.sizes["sample"] >= POSTERIOR_BELOW  # curves with one dispersion have a band
     return fit(model="common") if int(curves.attrs["curves_cross"]) and enough else curves
 
 
@@ -310,7 +310,7 @@ def _curves_table(curves: xr.Dataset) -> Table:
         "reached the category; a wall that did not reach it counts as not yet damaged at its last movement (censored). "
         "The dispersion is the standard deviation of the capacity's logarithm. Bands: "
         f"{int(curves.attrs['bootstrap_samples'])} bootstrap samples of walls; of a category with fewer than "
-        f"{DEFAULT.posterior_below} informative walls, quantiles of the posterior. Goodness of fit: share of samples "
+        f"{POSTERIOR_BELOW} informative walls, quantiles of the posterior. Goodness of fit: share of samples "
         "from the curve itself that lie as far from it as these walls do; below 0.05 the curve is doubtful."
     )
     if str(curves.attrs["model"]) == "common":

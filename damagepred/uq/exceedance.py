@@ -33,7 +33,7 @@ from damagepred.uq.fragility import fit_fragility, fit_lognormal, normalised_wei
 from damagepred.uq.fragility.bands import draw_parameters, effective_reached
 from damagepred.uq.fragility.describe import probability_at
 from damagepred.uq.fragility.estimators import estimators
-from damagepred.uq.fragility.fit import DEFAULT, WITH_CURVE, FragilityOptions, group_intervals
+from damagepred.uq.fragility.fit import WITH_CURVE, group_intervals
 from damagepred.uq.intensity import (
     attributes,
     chosen_intensity,
@@ -249,7 +249,6 @@ def exceedance(
     *,
     confidence: float = 0.9,
     intensity: str | None = None,
-    options: FragilityOptions = DEFAULT,
 ) -> Exceedance:
     """Estimate the probability that a category or a worse one is reached at a movement.
 
@@ -272,8 +271,6 @@ def exceedance(
         Confidence level of the interval.
     intensity : str, optional
         Measure of the movement; by default the study's own.
-    options : FragilityOptions
-        Options of the curve's fit.
 
     Raises
     ------
@@ -295,11 +292,10 @@ def exceedance(
     if "damage_category" in ds and ds["damage_category"].ndim == 1 and not wanted.own:
         if len(wanted.points) > 1:
             raise InputError(f"at = {wanted.name}: the study has each sample at its own movement alone; ask for one.")
-        return _from_curve(ds, category, wanted.largest, confidence, measure, options)
+        return _from_curve(ds, category, wanted.largest, confidence, measure)
     walls = category_capacities(ds, category, measure, wanted)
-    return estimate_exceedance(
-        walls, require_followed(walls, wanted, str(attributes(ds, measure)["units"])), confidence
-    )
+    followed = require_followed(walls, wanted, str(attributes(ds, measure)["units"]))
+    return estimate_exceedance(walls, followed, confidence)
 
 
 def require_followed(walls: CategoryCapacities, wanted: MovementDistribution, units: str) -> MovementDistribution:
@@ -344,11 +340,9 @@ def estimate_of(walls: CategoryCapacities, values: PseudoValues, confidence: flo
     return probability(values.hit, weight=walls.weight, replicate=walls.replicate, **shares)
 
 
-def _from_curve(
-    ds: xr.Dataset, category: int, movement: float, confidence: float, intensity: str, options: FragilityOptions
-) -> Exceedance:
+def _from_curve(ds: xr.Dataset, category: int, movement: float, confidence: float, intensity: str) -> Exceedance:
     """Probability at a movement from walls that are each known at their own, by their lognormal curve."""
-    how: dict[str, Any] = {"confidence": confidence, "bootstrap": CURVE_RESAMPLES, "options": options}
+    how: dict[str, Any] = {"confidence": confidence, "bootstrap": CURVE_RESAMPLES}
     curves = fit_fragility(ds, categories=[category], intensity=intensity, **how)
     curve, largest = curves.isel(category=0), float(curves["intensity"][-1])
     units = str(attributes(ds, intensity)["units"])

@@ -247,15 +247,6 @@ def test_fragility_exports_beside_the_study_or_the_output(command: Run, tmp_path
     assert result.code == 2
     assert "have no curve to export: category 3: never reached; category 4: never reached" in result.err
     assert "--categories 1,2" in result.err
-    (tmp_path / "options.toml").write_text("fewest_reached = 1000\n")
-    result = command(
-        "fragility", folder, "--options", tmp_path / "options.toml", "-o", tmp_path / "d.nc", "--bootstrap", 0
-    )
-    assert result.code == 0, result.err
-    assert "fewest_reached = 1000" in read_dataset(tmp_path / "d.nc").attrs["fragility_options"]
-    (tmp_path / "options.toml").write_text("fewest_reach = 1\n")
-    result = command("fragility", folder, "--options", tmp_path / "options.toml")
-    assert (result.code, "Did you mean 'fewest_reached'?" in result.err) == (2, True)
     result = command("fragility", folder, "--categories", "one")
     assert result.code == 2
     assert "category = 'one': must be a number from 1, or one of very slight, slight" in result.err

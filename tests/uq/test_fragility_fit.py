@@ -9,7 +9,7 @@ from scipy import special, stats
 
 from damagepred.errors import InputError
 from damagepred.uq.exceedance import median_movement
-from damagepred.uq.fragility import FragilityOptions, bands, fit_fragility, fit_lognormal, likelihood, turnbull
+from damagepred.uq.fragility import bands, fit_fragility, fit_lognormal, likelihood, turnbull
 from damagepred.uq.fragility.fit import group_intervals
 from damagepred.uq.fragility.goodness import akaike_criterion, distance
 from damagepred.uq.fragility.turnbull import _icm_step
@@ -172,8 +172,8 @@ def test_one_rule_for_bands(monkeypatch: pytest.MonkeyPatch) -> None:
             assert np.isfinite(curve["resamples_fitted"].values[0]) == resampled
             assert np.isfinite(curve["median_upper"].values[0])
     monkeypatch.setattr(bands, "SMALLEST_DISPERSION", 0.49)  # resamples below it have no fit
-    never = FragilityOptions(fitted_share=1.0)
-    curve = fit_fragility(ds, categories=[1], bootstrap=200, options=never).isel(category=0)
+    monkeypatch.setattr(bands, "FITTED_SHARE", 1.0)
+    curve = fit_fragility(ds, categories=[1], bootstrap=200).isel(category=0)
     assert 0.0 < float(curve["resamples_fitted"]) < 1.0
     assert "could be fitted: its band comes from the posterior" in str(curve["fit_note"].values)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred.uq.fragility import FragilityOptions, fit_fragility
+from damagepred.uq.fragility import bands, fit_fragility
 from damagepred.uq.fragility.describe import lognormal_of
 from tests.uq.test_fragility import NAMES
 
@@ -54,12 +54,12 @@ def check(curves: xr.Dataset, walls: int) -> None:
     assert (width < 0.5 * error).all()
 
 
-def test_resamples_by_one_step_have_the_errors_of_fitted_ones() -> None:
+def test_resamples_by_one_step_have_the_errors_of_fitted_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     ds = archive(3000, True)
-    fitted, stepped = (
-        fit_fragility(ds, categories=[2, 3], bootstrap=count, options=FragilityOptions(one_step_groups=groups))
-        for count, groups in ((150, 10_000), (600, 100))
-    )
+    monkeypatch.setattr(bands, "ONE_STEP_GROUPS", 10_000)
+    fitted = fit_fragility(ds, categories=[2, 3], bootstrap=150)
+    monkeypatch.setattr(bands, "ONE_STEP_GROUPS", 100)
+    stepped = fit_fragility(ds, categories=[2, 3], bootstrap=600)
     for name in ("median", "dispersion"):
         widths = [ds[f"{name}_upper"].values - ds[f"{name}_lower"].values for ds in (fitted, stepped)]
         np.testing.assert_allclose(widths[1], widths[0], rtol=0.2)
@@ -67,12 +67,13 @@ def test_resamples_by_one_step_have_the_errors_of_fitted_ones() -> None:
         assert (fitted[name] < stepped[f"{name}_upper"]).all()
 
 
-def test_resamples_of_a_part_of_the_walls_have_the_errors_of_all() -> None:
+def test_resamples_of_a_part_of_the_walls_have_the_errors_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
     """A quarter of the walls is drawn for each resample; its deviation is scaled to the number of walls."""
     ds, widths = archive(3000, True), []
+    monkeypatch.setattr(bands, "ONE_STEP_GROUPS", 100)
     for drawn in (3000, 750):
-        options = FragilityOptions(one_step_groups=100, one_step_walls=drawn)
-        curves = fit_fragility(ds, categories=[2], bootstrap=600, options=options)
+        monkeypatch.setattr(bands, "ONE_STEP_WALLS", drawn)
+        curves = fit_fragility(ds, categories=[2], bootstrap=600)
         widths.append(float(curves["median_upper"][0] - curves["median_lower"][0]))
     np.testing.assert_allclose(widths[1], widths[0], rtol=0.15)
 

@@ -8,7 +8,7 @@ to too small capacities.
 from damagepred.uq.capacity import Capacities, capacities, read_capacities
 from damagepred.uq.fragility.curves import fit_fragility
 from damagepred.uq.fragility.estimators import fit_lognormal
-from damagepred.uq.fragility.fit import Fit, FragilityOptions, normalised_weights
+from damagepred.uq.fragility.fit import Fit, normalised_weights
 from damagepred.uq.fragility.stripes import stripes_from_counts
 from damagepred.uq.fragility.surface import fit_surface
 from damagepred.uq.fragility.turnbull import turnbull
@@ -18,7 +18,6 @@ __all__ = [
     "MEASURES",
     "Capacities",
     "Fit",
-    "FragilityOptions",
     "capacities",
     "fit_fragility",
     "fit_lognormal",

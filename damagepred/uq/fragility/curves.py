@@ -13,25 +13,21 @@ from numpy.typing import NDArray
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import InputError, require_confidence, require_count, require_number, require_one_of
-from damagepred.formatting import options_text
 from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq import capacity
 from damagepred.uq.estimate import normal_factor, wilson
-from damagepred.uq.fragility import goodness
-from damagepred.uq.fragility.bands import Band, confidence_band, draw, draw_parameters, effective_reached, unknown_band
+from damagepred.uq.fragility import bands, goodness
 from damagepred.uq.fragility.describe import curves_dataset
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator, estimators, fit_grouped
 from damagepred.uq.fragility.fit import (
     AT_START,
-    DEFAULT,
     EXTRAPOLATED,
     FITTED,
     NEVER,
     WITH_CURVE,
     BoundedMedian,
     Fit,
-    FragilityOptions,
     GroupedIntervals,
     StartShare,
     group_intervals,
@@ -49,6 +45,7 @@ LEAST_REACHED, LEAST_WALLS = 15, 30
 
 A limit on the first alone would pick unusual studies.
 """
+CAUTION_BELOW = 10  # walls that reached a category below which its curve carries a caution
 CRITERION_WALLS = 50_000  # walls beyond which every second, third ... is taken for Akaike's criterion
 LARGEST_COUNT = 1_000_000  # resamples, and points of a curve, beyond which they are refused as a slip
 EMPIRICAL = "empirical"  # status of a curve without a form
@@ -62,7 +59,6 @@ class _Request(NamedTuple):
     seed: int
     categories: list[int]
     grid: FloatArray
-    options: FragilityOptions
 
 
 @checked
@@ -78,7 +74,6 @@ def fit_fragility(
     goodness: int = 0,
     seed: int = 0,
     points: int = 501,
-    options: FragilityOptions = DEFAULT,
 ) -> xr.Dataset:
     """Fit a fragility curve for each damage category of a study.
 
@@ -106,8 +101,6 @@ def fit_fragility(
         Seed of the resampling.
     points : int
         Number of points of the curves.
-    options : FragilityOptions
-        Numbers of walls that bands and notes depend on, tolerances and budgets.
 
     Returns
     -------
@@ -164,7 +157,7 @@ def fit_fragility(
         require_number(what, number, least, LARGEST_COUNT)
     walls = capacity.read_capacities(ds, wanted, name)
     grid = np.linspace(0.0, walls.largest, points)
-    request = _Request(model, confidence, bootstrap, goodness, seed, wanted, grid, options)
+    request = _Request(model, confidence, bootstrap, goodness, seed, wanted, grid)
     columns, more = _curves(walls, request)
     attrs: dict[str, Any] = {
         "model": model,
@@ -175,7 +168,6 @@ def fit_fragility(
         "samples": len(walls.sample),
         "samples_failed": int((ds["status"].values == SampleStatus.FAILED).sum()),
         "curves_cross": int(_cross(columns)),
-        "fragility_options": options_text(options),
         **more,
     }
     if walls.crossed:
@@ -192,7 +184,7 @@ def _each_category(lower: FloatArray, upper: FloatArray, weight: FloatArray) -> 
 
 def _curves(walls: capacity.StudyCapacities, request: _Request) -> tuple[Columns, dict[str, float]]:
     """Columns of the dataset, and its attributes that belong to all curves together."""
-    options, read = request.options, walls.capacities
+    read = walls.capacities
     reached = np.isfinite(read.upper)
     columns: Columns = {
         "reached": reached.sum(axis=1),
@@ -212,10 +204,10 @@ def _curves(walls: capacity.StudyCapacities, request: _Request) -> tuple[Columns
     common = request.model == "common"
     together = group_intervals(lower, upper, walls.weight) if common else None
     groups = [together] if together is not None else alone
-    fits = [Fit(np.nan, np.nan, why) for cells in groups for why in reasons_not_fitted(cells, common, options)]
-    limits, share = [unknown_band(len(request.grid)) for _ in alone], np.full(len(alone), np.nan)
+    fits = [Fit(np.nan, np.nan, why) for cells in groups for why in reasons_not_fitted(cells, common)]
+    limits, share = [bands.unknown_band(len(request.grid)) for _ in alone], np.full(len(alone), np.nan)
     for k, cells in enumerate(groups):
-        for estimator in estimators(cells, common, walls.single, options):
+        for estimator in estimators(cells, common, walls.single):
             rows = estimator.categories if common else [k]
             for row, fit, limit in zip(rows, estimator.fits(), _bands(estimator, rows, share, request)):
                 fits[row], limits[row] = fit, limit
@@ -225,21 +217,21 @@ def _curves(walls: capacity.StudyCapacities, request: _Request) -> tuple[Columns
     columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k], request) for k in range(len(fits))])
     _add_start_share(columns, before, walls.weight, request.confidence)
     _end_where_walls_end(columns, walls.largest)
-    return columns, _criteria(fits, walls, options)
+    return columns, _criteria(fits, walls)
 
 
-def _bands(estimator: Estimator, rows: list[int], share: FloatArray, request: _Request) -> list[Band]:
+def _bands(estimator: Estimator, rows: list[int], share: FloatArray, request: _Request) -> list[bands.Band]:
     """Bands of categories fitted together; sets the share of the resamples that could be fitted."""
-    unknown = [unknown_band(len(request.grid))] * len(rows)
+    unknown = [bands.unknown_band(len(request.grid))] * len(rows)
     if estimator.no_dispersion() or request.bootstrap == 0:
         return unknown
-    walls = effective_reached(estimator)
+    walls = bands.effective_reached(estimator)
     if request.model == "common" and _too_few(estimator.cells, walls):
         return unknown
     random = generator(request.seed, Stream.BOOTSTRAP, request.categories[rows[0]])
-    draws = draw_parameters(estimator, request.bootstrap, random)
+    draws = bands.draw_parameters(estimator, request.bootstrap, random)
     share[rows] = draws.share
-    return [confidence_band(draws, row, request.grid, request.confidence, walls) for row in np.eye(len(rows))]
+    return [bands.confidence_band(draws, row, request.grid, request.confidence, walls) for row in np.eye(len(rows))]
 
 
 def _too_few(cells: GroupedIntervals, walls: float) -> bool:
@@ -247,7 +239,7 @@ def _too_few(cells: GroupedIntervals, walls: float) -> bool:
     return walls < LEAST_REACHED or cells.effective() < LEAST_WALLS
 
 
-def _columns_of(fits: list[Fit], limits: list[Band], grid: FloatArray) -> Columns:
+def _columns_of(fits: list[Fit], limits: list[bands.Band], grid: FloatArray) -> Columns:
     nan = np.full(len(grid), np.nan)
     columns: Columns = {
         "probability": np.array([f.probability(grid) if f.status == FITTED else nan for f in fits]),
@@ -255,7 +247,7 @@ def _columns_of(fits: list[Fit], limits: list[Band], grid: FloatArray) -> Column
         "dispersion": np.array([f.dispersion for f in fits]),
         "fit_status": np.array([f.status for f in fits]),
     }
-    for name in Band._fields:
+    for name in bands.Band._fields:
         for end, word in enumerate(("lower", "upper")):
             columns[f"{name}_{word}"] = np.array([getattr(limit, name)[end] for limit in limits])
     return columns
@@ -297,8 +289,8 @@ def _without_form(alone: list[GroupedIntervals], walls: capacity.StudyCapacities
     for k, cells in enumerate(alone):
         curve = _empirical(cells, walls.single)
         random = generator(request.seed, Stream.BOOTSTRAP, request.categories[k])
-        times = request.bootstrap if len(cells.number) <= request.options.one_step_groups or walls.single else 0
-        weights = (draw(cells, 1, random)[0] * cells.weight for _ in range(times))
+        times = request.bootstrap if len(cells.number) <= bands.ONE_STEP_GROUPS or walls.single else 0
+        weights = (bands.draw(cells, 1, random)[0] * cells.weight for _ in range(times))
         again = [_empirical(cells, walls.single, weight) for weight in weights]
         probability, median = curve.probability(request.grid), _finite(curve.quantile(0.5))
         row: dict[str, Any] = {
@@ -358,13 +350,13 @@ def _failed_bounds(walls: capacity.StudyCapacities) -> tuple[tuple[FloatArray, F
 def _with_failed(walls: capacity.StudyCapacities, fits: list[Fit], request: _Request) -> Columns:
     """Medians and curves with all failed walls undamaged, and with all damaged."""
     columns: Columns = {}
-    grid, options, some = request.grid, request.options, walls.capacities.failed.any()
+    grid, some = request.grid, walls.capacities.failed.any()
     for name, (lower, upper) in zip(("undamaged", "damaged"), _failed_bounds(walls)):
         again = fits
         if some and request.model == "common":
-            again = fit_grouped(group_intervals(lower, upper, walls.weight), True, walls.single, options)
+            again = fit_grouped(group_intervals(lower, upper, walls.weight), True, walls.single)
         elif some:
-            again = [fit_grouped(c, options=options)[0] for c in _each_category(lower, upper, walls.weight)]
+            again = [fit_grouped(c)[0] for c in _each_category(lower, upper, walls.weight)]
         columns[f"median_failed_{name}"] = np.array([f.median for f in again])
         if some:
             curves = [f.probability(grid) if f.status == FITTED else np.full(len(grid), np.nan) for f in again]
@@ -379,11 +371,11 @@ def _judged(fits: list[Fit], empirical: list[Npmle], walls: capacity.StudyCapaci
         if fit.status == FITTED:
             gap[k] = goodness.distance(fit, empirical[k])
             random = generator(request.seed, Stream.GOODNESS, request.categories[k])
-            chance[k] = goodness.p_value(fit, walls, k, request.goodness, random, request.options)
+            chance[k] = goodness.p_value(fit, walls, k, request.goodness, random)
     return {"distance": gap, "p_value": chance}
 
 
-def _criteria(fits: list[Fit], walls: capacity.StudyCapacities, options: FragilityOptions) -> dict[str, float]:
+def _criteria(fits: list[Fit], walls: capacity.StudyCapacities) -> dict[str, float]:
     """Akaike's criterion of separate dispersions and of a common one, of the categories that have curves."""
     good = [k for k, fit in enumerate(fits) if fit.status == FITTED]
     if len(good) < 2:
@@ -392,8 +384,8 @@ def _criteria(fits: list[Fit], walls: capacity.StudyCapacities, options: Fragili
     lower, upper = walls.capacities.lower[good, some], walls.capacities.upper[good, some]
     cells = group_intervals(lower, upper, walls.weight[some])
     return {
-        "aic_separate": goodness.akaike_criterion(cells, False, options),
-        "aic_common": goodness.akaike_criterion(cells, True, options),
+        "aic_separate": goodness.akaike_criterion(cells, False),
+        "aic_common": goodness.akaike_criterion(cells, True),
         "aic_walls": lower.shape[1],
     }
 
@@ -402,21 +394,21 @@ def _note(fit: Fit, cells: GroupedIntervals, walls: capacity.StudyCapacities, sh
     """Cautions for the reader of a curve."""
     if fit.status != FITTED:
         return ""
-    options, common, reached = request.options, request.model == "common", np.isfinite(cells.upper[0])
+    common, reached = request.model == "common", np.isfinite(cells.upper[0])
     count = int(cells.number[reached].sum())
     at_once = int(cells.number[reached & (cells.lower[0] == 0)].sum())
     notes = []
-    if count < options.caution_below:
+    if count < CAUTION_BELOW:
         notes.append(f"rests on {count} walls that reached it")
     if request.bootstrap and common:
-        effective = effective_reached(CompositeLikelihood([0], cells, options))
+        effective = bands.effective_reached(CompositeLikelihood([0], cells))
         if _too_few(cells, effective):
             notes.append("no band: of so few walls it would be too narrow; take separate curves")
     if fit.median > walls.largest:
         notes.append("its median lies beyond the study's movement")
     if not walls.single and at_once > 0.5 * count:
         notes.append(f"{at_once} of {count} walls reached it in the first increment: refine the increments")
-    if share < options.fitted_share:
+    if share < bands.FITTED_SHARE:
         band = "is too narrow" if common and not walls.single else "comes from the posterior"
         notes.append(f"only {share:.0%} of the resamples could be fitted: its band {band}")
     return "; ".join(notes)

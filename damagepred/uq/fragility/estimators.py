@@ -16,16 +16,7 @@ import scipy
 from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.inputs.arguments import checked, require_alike
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.uq.fragility.fit import (
-    DEFAULT,
-    FITTED,
-    Fit,
-    FragilityOptions,
-    GroupedIntervals,
-    group_equal,
-    group_intervals,
-    reasons_not_fitted,
-)
+from damagepred.uq.fragility.fit import FITTED, Fit, GroupedIntervals, group_equal, group_intervals, reasons_not_fitted
 from damagepred.uq.fragility.likelihood import (
     LARGEST_DISPERSION,
     SMALLEST_DISPERSION,
@@ -44,8 +35,8 @@ class Estimator(ABC):
 
     rows: LinearBounds | CategoryIntervals
 
-    def __init__(self, categories: list[int], cells: GroupedIntervals, options: FragilityOptions = DEFAULT) -> None:
-        self.categories, self.cells, self.options = categories, cells, options
+    def __init__(self, categories: list[int], cells: GroupedIntervals) -> None:
+        self.categories, self.cells = categories, cells
 
     @abstractmethod
     def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
@@ -90,24 +81,22 @@ class Estimator(ABC):
         return [Fit(float(np.exp(h / parameters[0])), float(1.0 / parameters[0]), FITTED) for h in parameters[1:]]
 
 
-def estimators(
-    cells: GroupedIntervals, common: bool = False, single: bool = False, options: FragilityOptions = DEFAULT
-) -> list[Estimator]:
+def estimators(cells: GroupedIntervals, common: bool = False, single: bool = False) -> list[Estimator]:
     """Estimators of the categories that can be fitted: one for each, or one for all."""
-    good = [k for k, why in enumerate(reasons_not_fitted(cells, common, options)) if not why]
+    good = [k for k, why in enumerate(reasons_not_fitted(cells, common)) if not why]
     if not common:
-        return [CompositeLikelihood([k], cells.of(k), options) for k in good]
+        return [CompositeLikelihood([k], cells.of(k)) for k in good]
     if not good:
         return []
     some = group_intervals(cells.lower[good], cells.upper[good], cells.weight, cells.number)
-    return [(OrdinalProbit if single else CompositeLikelihood)(good, some, options)]
+    return [(OrdinalProbit if single else CompositeLikelihood)(good, some)]
 
 
 class CompositeLikelihood(Estimator):
     """Product of the categories' likelihoods of interval-censored capacities; of one category the likelihood itself."""
 
-    def __init__(self, categories: list[int], cells: GroupedIntervals, options: FragilityOptions = DEFAULT) -> None:
-        super().__init__(categories, cells, options)
+    def __init__(self, categories: list[int], cells: GroupedIntervals) -> None:
+        super().__init__(categories, cells)
         size, count = len(categories), len(cells.number)
         if size == 1:
             self._sum = None
@@ -157,14 +146,14 @@ def _start(lower: FloatArray, upper: FloatArray, kind: Int8Array, kinds: int) ->
 class OrdinalProbit(Estimator):
     """Ordinal probit model: the category of each wall at its one movement; intervals begin at 0 or have no end."""
 
-    def __init__(self, categories: list[int], cells: GroupedIntervals, options: FragilityOptions = DEFAULT) -> None:
+    def __init__(self, categories: list[int], cells: GroupedIntervals) -> None:
         movement = np.where(np.isfinite(cells.upper), cells.upper, cells.lower).max(axis=0)
         moved = movement > 0
         lower, upper = cells.lower[:, moved], cells.upper[:, moved]
-        super().__init__(categories, GroupedIntervals(lower, upper, cells.weight[moved], cells.number[moved]), options)
+        super().__init__(categories, GroupedIntervals(lower, upper, cells.weight[moved], cells.number[moved]))
         self._movement = movement[moved]
         self._level = np.isfinite(upper).sum(axis=0)
-        self._composite = CompositeLikelihood(categories, self.cells, options)
+        self._composite = CompositeLikelihood(categories, self.cells)
         self.rows = self._rows(self._level, len(categories))
 
     def _rows(self, level: IntArray, size: int) -> LinearBounds:
@@ -196,24 +185,20 @@ class OrdinalProbit(Estimator):
 
 @checked
 @one_blas_thread()
-def fit_lognormal(
-    lower: FloatArray, upper: FloatArray, count: FloatArray | None = None, *, options: FragilityOptions = DEFAULT
-) -> Fit:
+def fit_lognormal(lower: FloatArray, upper: FloatArray, count: FloatArray | None = None) -> Fit:
     """Lognormal capacity in intervals (lower, upper], arrays (n,), by maximum likelihood; infinite upper: censored."""
     require_alike(lower=lower, upper=upper, count=count)
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     weight = np.ones(len(low)) if count is None else np.asarray(count, dtype=np.float64)
     weight = np.where((low <= 0) & np.isinf(high), 0.0, weight)  # (0, inf] is no information
     kept = (weight > 0) | np.isnan(low + high)
-    return fit_grouped(group_intervals(low[None, kept], high[None, kept], weight[kept]), options=options)[0]
+    return fit_grouped(group_intervals(low[None, kept], high[None, kept], weight[kept]))[0]
 
 
-def fit_grouped(
-    cells: GroupedIntervals, common: bool = False, single: bool = False, options: FragilityOptions = DEFAULT
-) -> list[Fit]:
+def fit_grouped(cells: GroupedIntervals, common: bool = False, single: bool = False) -> list[Fit]:
     """Fit a curve to each category of counted walls; see ``estimators``."""
-    fits = [Fit(np.nan, np.nan, why) for why in reasons_not_fitted(cells, common, options)]
-    for estimator in estimators(cells, common, single, options):
+    fits = [Fit(np.nan, np.nan, why) for why in reasons_not_fitted(cells, common)]
+    for estimator in estimators(cells, common, single):
         for k, fit in zip(estimator.categories, estimator.fits()):
             fits[k] = fit
     return fits

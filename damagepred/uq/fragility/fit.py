@@ -2,60 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import NamedTuple
 
 import numpy as np
-from pydantic import Field
 from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked, require_alike
-from damagepred.scene.described import described
-from damagepred.scene.quantity import Count, Pure
 from damagepred.uq.estimate import effective_samples, normal_factor, wilson
 
-
-@described
-class FragilityOptions:
-    """Options of maximum likelihood, bootstrap, posterior and the empirical curve.
-
-    With the default numbers of walls for each kind of band, intervals of 90 % hold the truth in 85 % of the cases of
-    studies/coverage or more.
-    """
-
-    fewest_reached: Count = Field(default=3, ge=1)
-    """Walls that must have reached a category for a curve to be fitted to it."""
-    posterior_below: Count = Field(default=100, ge=0)
-    """Effective walls that reached the category below which bands are quantiles of the posterior, not BCa."""
-    fitted_share: Pure = Field(default=0.95, ge=0, le=1)
-    """Share of the resamples that can be fitted below which bands are of the posterior (1)."""
-    caution_below: Count = Field(default=10, ge=0)
-    """Walls that reached the category below which the curve carries a caution."""
-    posterior_draws: Count = Field(default=1500, ge=10)
-    """Draws from the posterior."""
-    one_step_groups: Count = Field(default=2000, ge=1)
-    """Groups of equal walls beyond which a resample is fitted by one Newton step from the estimate."""
-    one_step_walls: Count = Field(default=20_000, ge=10)
-    """Walls drawn for such a step at most; its scatter is scaled by the root of their number."""
-
-    def __repr__(self) -> str:
-        """Options that differ from the defaults: signatures stay short."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        others = (f"{name}={value!r}" for name, value in values.items() if value != getattr(type(self), name))
-        return f"FragilityOptions({', '.join(others)})"
-
-
-DEFAULT = FragilityOptions()
-
-RETIRED = (
-    *("coarse_start_rows", "criterion_walls", "curve_resamples", "empirical_bounds", "empirical_iterations"),
-    *("empirical_tolerance", "fewest_common", "fewest_common_walls", "fewest_resampled", "goodness_walls"),
-    *("largest_count", "largest_dispersion", "likelihood_rows", "median_resamples", "posterior_drop"),
-    *("posterior_points", "profile_directions", "smallest_dispersion", "stored_draws"),
-)
-"""Options of older files that have no effect any more: constants now, or of bands that are gone."""
+FEWEST_REACHED = 3  # walls that must have reached a category for a curve to be fitted to it
 
 
 class GroupedIntervals(NamedTuple):
@@ -193,26 +150,26 @@ class BoundedMedian(NamedTuple):
         )
 
 
-def reasons_not_fitted(cells: GroupedIntervals, common: bool = False, options: FragilityOptions = DEFAULT) -> list[str]:
+def reasons_not_fitted(cells: GroupedIntervals, common: bool = False) -> list[str]:
     """Reason why each category has no curve, "" if it can be fitted; with ``common`` dispersion one is enough."""
-    if common and all(alone := reasons_not_fitted(cells, options=options)):
+    if common and all(alone := reasons_not_fitted(cells)):
         return alone
     reasons = []
     for lower, upper in zip(cells.lower, cells.upper):
         used = (cells.total > 0) & ((lower > 0) | np.isfinite(upper))
         walls = np.maximum(cells.total, cells.number)[used]
-        reasons.append(_reason(lower[used], upper[used], walls, common, options.fewest_reached))
+        reasons.append(_reason(lower[used], upper[used], walls, common))
     return reasons
 
 
-def _reason(lower: FloatArray, upper: FloatArray, walls: FloatArray, common: bool, fewest: int) -> str:
+def _reason(lower: FloatArray, upper: FloatArray, walls: FloatArray, common: bool) -> str:
     reached = np.isfinite(upper)
     if not reached.any():
         return NEVER
     if (upper[reached] <= 0).any():
         return "reached by some walls before any movement"
-    if walls[reached].sum() < fewest:
-        return f"reached by fewer than {fewest} walls"
+    if walls[reached].sum() < FEWEST_REACHED:
+        return f"reached by fewer than {FEWEST_REACHED} walls"
     if lower.max() <= upper.min():
         if common and lower.max() > 0:
             return ""

@@ -9,7 +9,7 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.uq.capacity import StudyCapacities
 from damagepred.uq.fragility.estimators import CompositeLikelihood, fit_grouped
-from damagepred.uq.fragility.fit import DEFAULT, FITTED, Fit, FragilityOptions, GroupedIntervals, group_intervals
+from damagepred.uq.fragility.fit import FITTED, Fit, GroupedIntervals, group_intervals
 from damagepred.uq.fragility.turnbull import Npmle, turnbull
 
 
@@ -37,9 +37,7 @@ def _likelihood_ratio_statistic(fit: Fit, intervals: GroupedIntervals) -> float:
     return 2.0 * (negative_log_likelihood(fit.probability) - negative_log_likelihood(empirical.probability))
 
 
-def p_value(
-    fit: Fit, walls: StudyCapacities, k: int, repetitions: int, random: np.random.Generator, options: FragilityOptions
-) -> float:
+def p_value(fit: Fit, walls: StudyCapacities, k: int, repetitions: int, random: np.random.Generator) -> float:
     """Probability that walls of the fitted curve have at least the misfit of these (parametric bootstrap)."""
     count = len(walls.weight)
     if repetitions == 0 or count > LARGEST_JUDGED or np.ptp(walls.weight) > 0:
@@ -52,7 +50,7 @@ def p_value(
         capacity = fit.median * np.exp(fit.dispersion * random.standard_normal(count))
         low, high = _grouped_by_increments(capacity, followed, walls, upper)
         cells = group_intervals(low[None], high[None], walls.weight)
-        again = fit_grouped(cells, options=options)[0]
+        again = fit_grouped(cells)[0]
         if again.status == FITTED:
             judged += 1
             larger += _likelihood_ratio_statistic(again, cells) >= statistic
@@ -79,7 +77,7 @@ def _grouped_by_increments(
     return np.where(beyond, np.minimum(low, followed), low), np.where(beyond, np.inf, high)
 
 
-def akaike_criterion(cells: GroupedIntervals, common: bool, options: FragilityOptions = DEFAULT) -> float:
+def akaike_criterion(cells: GroupedIntervals, common: bool) -> float:
     """Akaike's criterion of the product of the categories' likelihoods; a smaller one is better.
 
     A wall's categories depend on each other, so the number of parameters is replaced by Takeuchi's trace, which is that
@@ -88,7 +86,7 @@ def akaike_criterion(cells: GroupedIntervals, common: bool, options: FragilityOp
     places = list(range(len(cells.lower)))
     parts = [(places, cells)] if common else [([k], cells.of(k)) for k in places]
     total = 0.0
-    for estimator in (CompositeLikelihood(*part, options) for part in parts):
+    for estimator in (CompositeLikelihood(*part) for part in parts):
         if estimator.no_dispersion():
             return np.nan
         parameters = estimator.estimate

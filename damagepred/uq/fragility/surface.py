@@ -16,7 +16,6 @@ from scipy import special
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
-from damagepred.formatting import options_text
 from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq import capacity
@@ -24,7 +23,6 @@ from damagepred.uq.capacity import sampled
 from damagepred.uq.fragility import fit
 from damagepred.uq.fragility.bands import confidence_band, draw_parameters, effective_reached, unknown_band
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
-from damagepred.uq.fragility.fit import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.likelihood import linear_bounds, maximise_likelihood
 from damagepred.uq.intensity import attributes, chosen_intensity
 from damagepred.uq.samplers import Stream, generator
@@ -45,7 +43,6 @@ def fit_surface(
     bootstrap: int = 500,
     seed: int = 0,
     points: tuple[int, int] = (81, 41),
-    options: FragilityOptions = DEFAULT,
 ) -> xr.Dataset:
     """Fit the probability of a category against the movement and a second variable.
 
@@ -68,8 +65,6 @@ def fit_surface(
         Resamples of walls, and their seed.
     points : tuple of int
         Points of the movement and of the second variable.
-    options : FragilityOptions
-        The same argument as of ``fit_fragility``.
 
     Returns
     -------
@@ -110,7 +105,7 @@ def fit_surface(
     cells = fit.group_intervals(lower, upper, walls.weight[finite])
     grid_z = (np.geomspace if logarithmic else np.linspace)(z[finite].min(), z[finite].max(), points[1])
     grid = np.linspace(0.0, walls.largest, points[0])
-    model = _Regression(cells, logarithmic, options)
+    model = _Regression(cells, logarithmic)
     columns, attrs = _fitted(model, grid, grid_z, confidence, bootstrap, generator(seed, Stream.BOOTSTRAP, category))
     _bound_by_walls(columns, fit.StartShare.of(before[finite], walls.weight[finite], confidence), walls.largest)
     reached = np.isfinite(walls.capacities.upper)
@@ -138,7 +133,6 @@ def fit_surface(
             "confidence": confidence,
             "bootstrap_samples": bootstrap,
             "bootstrap_seed": seed,
-            "fragility_options": options_text(options),
             "samples": int(finite.sum()),
             "samples_failed": int(capacities.failed.sum()),
             **attrs,
@@ -179,9 +173,9 @@ def _second(ds: xr.Dataset, name: str) -> FloatArray:
 class _Regression(Estimator):
     """Estimator of 1/dispersion and (a, b) over the dispersion, x counted from its mean."""
 
-    def __init__(self, cells: fit.GroupedIntervals, logarithmic: bool, options: FragilityOptions) -> None:
+    def __init__(self, cells: fit.GroupedIntervals, logarithmic: bool) -> None:
         capacities = fit.GroupedIntervals(cells.lower[:1], cells.upper[:1], cells.weight, cells.number)
-        super().__init__([0], capacities, options)
+        super().__init__([0], capacities)
         self.logarithmic = logarithmic
         x = self._scaled(cells.lower[1])
         self._middle = float(np.average(x, weights=cells.total))
@@ -196,7 +190,7 @@ class _Regression(Estimator):
 
     def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
         if start is None:
-            start = np.append(CompositeLikelihood([0], self.cells, self.options).estimate, 0.0)
+            start = np.append(CompositeLikelihood([0], self.cells).estimate, 0.0)
         return maximise_likelihood(self.rows, weight, start)
 
 
@@ -209,13 +203,13 @@ def _fitted(
     random: np.random.Generator,
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """Variables of the dataset, and Akaike's criterion with and without the second variable."""
-    options, rows = model.options, model.regressors(grid_z)
-    status = fit.reasons_not_fitted(model.cells, options=options)[0] or fit.FITTED
+    rows = model.regressors(grid_z)
+    status = fit.reasons_not_fitted(model.cells)[0] or fit.FITTED
     parameters, dispersion_alone = np.full(3, np.nan), np.nan
     bands = [unknown_band(len(grid))] * (len(rows) + 1)
     attrs: dict[str, float] = {}
     if status == fit.FITTED:
-        plain = CompositeLikelihood([0], model.cells, options)
+        plain = CompositeLikelihood([0], model.cells)
         dispersion_alone, status = 1.0 / plain.estimate[0], model.no_dispersion() or fit.FITTED
     if status == fit.FITTED:
         parameters = model.estimate
