@@ -115,7 +115,7 @@ class OneThread:
 def _walls_in_this_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Quick tests solve the walls of studies in a thread; worker processes are for those that are marked."""
     if not any(request.node.get_closest_marker(name) for name in ("worker_processes", "thorough", "slow")):
-        for module in (campaign, workers, rare_event_samples):
+        for module in (campaign, workers):
             monkeypatch.setattr(module, "LocalPool", OneThread)
         for module in (campaign, rare_event_samples):
             monkeypatch.setattr(module, "warm_up", lambda *_, **__: None)

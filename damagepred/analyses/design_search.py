@@ -37,7 +37,8 @@ from damagepred.scene.quantity import Count, Pure
 from damagepred.uq.exceedance import category_capacities, known_hits, wanted_movement
 from damagepred.uq.intensity import attributes, chosen_intensity
 from damagepred.uq.movement_distribution import movement_distribution
-from damagepred.uq.selection import SelectionOptions, select_cheapest, select_least_expected
+from damagepred.uq.selection import select_cheapest, select_least_expected
+from damagepred.uq.stopping import interim_sizes
 
 
 @described
@@ -93,6 +94,11 @@ class Target:
         steps = np.diff(self.repair_costs, prepend=0.0)
         if self.repair_costs and (steps.min() < 0 or self.repair_costs[-1] <= 0):
             raise InputError("repair_costs: must not be negative, nor fall from category to category.")
+
+    @property
+    def rounds(self) -> list[int]:
+        """Samples of an alternative in each round."""
+        return interim_sizes(self.first, max(self.most, self.first))
 
     def __str__(self) -> str:
         """Target in words."""
@@ -163,7 +169,6 @@ def search_design(
     require_count("workers", workers)
     check_output(out)
     content, built, names, settings = _read(choices)
-    options = _selection(content)
     values: dict[int, FloatArray] = {}
     doubt = np.full(len(built), np.nan)
 
@@ -178,15 +183,15 @@ def search_design(
         return values[k]
 
     costs = np.array([sum(option.cost for option in chosen) for chosen in built])
-    target = content.target
+    target, rounds = content.target, content.target.rounds
     # new workers for each alternative would take longer than small walls
     with SharedPool(workers, sample_timeout(None, Campaign(settings[0]).limits, None)) as pool:
         if target.probability is not None:
-            selection = select_cheapest(costs, losses, target.probability, options, on_round)
+            selection = select_cheapest(costs, losses, target.probability, rounds, target.confidence, on_round)
             quantity, units, words = "probability", {"units": "1"}, "undecided_or_dearer meets fails"
         else:
-            costs_of_repair = target.repair_costs[-1]
-            selection = select_least_expected(costs, losses, costs_of_repair, options, target.tolerance, on_round)
+            sure = rounds, target.confidence, target.tolerance
+            selection = select_least_expected(costs, losses, target.repair_costs[-1], *sure, on_round)
             quantity, units, words = "expected_cost", {}, "undecided best dearer"
     measures = list(_values_of_measures(content, built, values))
     decision = np.where(selection.meets, 1, np.where(selection.fails, 2, 0)).astype(np.int8)
@@ -220,10 +225,10 @@ def search_design(
 def price_of_search(choices: str | Path, workers: int) -> str:
     """Cost estimate of a search (first round, upper bound); times one reference wall."""
     content, built, _, settings = _read(choices)
-    seconds, options = seconds_per_wall([settings[0].scene]) * len(built) / workers, _selection(content)
+    seconds, rounds = seconds_per_wall([settings[0].scene]) * len(built) / workers, content.target.rounds
     return (
-        f"{len(built)} alternatives like the first: {options.first} samples each to begin with, about "
-        f"{duration(seconds * options.first)}; {options.most} each at most, about {duration(seconds * options.most)}"
+        f"{len(built)} alternatives like the first: {rounds[0]} samples each to begin with, about "
+        f"{duration(seconds * rounds[0])}; {rounds[-1]} each at most, about {duration(seconds * rounds[-1])}"
     )
 
 
@@ -239,16 +244,10 @@ def _read(choices: str | Path) -> tuple[Choices, list[tuple[Option, ...]], list[
     names = [" + ".join(option.name for option in chosen) for chosen in built]
     if len(set(names)) < len(names):
         raise InputError(f"{choices}: two options of a choice have the same name.")
-    most = _selection(content).most
     file = Path(choices).parent / content.study
     tables, folder = study_tables(file)
-    settings = [_settings_of(base, file, tables, folder, most, chosen) for chosen in built]
+    settings = [_settings_of(base, file, tables, folder, content.target.rounds[-1], chosen) for chosen in built]
     return content, built, names, settings
-
-
-def _selection(content: Choices) -> SelectionOptions:
-    target = content.target
-    return SelectionOptions(target.confidence, target.first, max(target.most, target.first))
 
 
 def loss(ds: xr.Dataset, target: Target, unfollowed: float = 1.0) -> FloatArray:

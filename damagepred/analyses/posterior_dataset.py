@@ -13,9 +13,7 @@ from damagepred.analyses.inference_options import InferenceOptions
 from damagepred.analyses.posterior_states import States
 from damagepred.analyses.posterior_tables import LARGEST_ODDS, UNCERTAIN
 from damagepred.analyses.stored_walls import StoredWalls
-from damagepred.archive.folder import StudyFolder
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.campaign.settings import read_frozen
 from damagepred.results.house import wall_places
 from damagepred.scene.scene import archived_scene
 from damagepred.uq.capacity import highest_category, sampled
@@ -150,7 +148,7 @@ def _path_end(
         farthest = max(farthest, float(future["forecast_quantile"].max()))
     target = float(f"{farthest:.2g}")
     advice = f"run samples to {shown.factor * target:.3g} {shown.unit}"
-    settings, more = read_frozen(StudyFolder(walls.path).study_text()), f"{walls.name}_farther"
+    settings, more = walls.settings, f"{walls.name}_farther"
     table, key = _MOVED_BY.get(walls.measure, ("", ""))
     movement = settings.scene.movement
     further = settings.scene.soil_layer or getattr(settings.scene, "source", ())

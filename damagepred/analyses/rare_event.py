@@ -10,11 +10,12 @@ import dataclasses
 import warnings
 from collections.abc import Callable
 from concurrent.futures import Executor
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from damagepred.analyses.limit_state import Question, study_for_limit_state
-from damagepred.analyses.rare_event_samples import Walls, WorkerPool, question_file
+from damagepred.analyses.rare_event_samples import Walls, question_file
 from damagepred.archive.digest import read_signed_json, signed_json
 from damagepred.archive.files import check_output, write_text
 from damagepred.archive.folder import StudyFolder
@@ -26,6 +27,7 @@ from damagepred.campaign.cost_estimate import require_affordable
 from damagepred.campaign.dispatch import sample_timeout
 from damagepred.campaign.sample import joint_places
 from damagepred.campaign.settings import StudySettings, read_frozen, resumed
+from damagepred.campaign.workers import SharedPool
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError, require_count
 from damagepred.inputs.arguments import checked
 from damagepred.uq.subset import Level, SubsetEstimate, check_sizes, subset_simulation
@@ -92,12 +94,12 @@ def rare_event(
             seed = study.study.seed
             return subset_simulation(walls.margins, size, seed=seed, confidence=confidence, on_level=on_level, **how)
 
-        with WorkerPool(folder, study.scene, workers, executor, timeout) as pool:
-            walls = Walls(pool, folder.path / WALLS)
+        with SharedPool(workers, timeout) if executor is None else nullcontext(executor) as pool:
+            walls = Walls(folder, pool, WALLS)
             undamaged = all_damaged = simulate(walls)
             failed, solved = walls.failed, walls.solved_now
             if failed:
-                again = Walls(pool, folder.path / WALLS_FAILED_REACHED, failed_reached=True, like=walls)
+                again = Walls(folder, pool, WALLS_FAILED_REACHED, failed_reached=True, like=walls)
                 all_damaged = simulate(again)
                 failed, solved = failed + again.failed, solved + again.solved_now
         event = RareEvent(undamaged, all_damaged, failed, solved, programs)

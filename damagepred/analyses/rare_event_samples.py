@@ -9,7 +9,6 @@ import json
 import os
 import time
 import warnings
-from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 from functools import lru_cache
 from pathlib import Path
@@ -25,9 +24,8 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.campaign.sample import SampledWall, joint_places
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.warm_up import warm_up
-from damagepred.campaign.workers import LocalPool, WorkerDied
+from damagepred.campaign.workers import SharedPool, WorkerDied
 from damagepred.errors import ArchiveWarning, InputError, StudyError
-from damagepred.scene import Scene
 from damagepred.uq.design import Design
 
 
@@ -49,22 +47,15 @@ def normals_to_wall(settings: StudySettings, design: Design, normals: FloatArray
     return scene, design.joint_values_from(normals[count:].reshape(len(design.joint), -1), joint_places(scene))
 
 
-def _solve_margins(folder: str, batch: Sequence[tuple[int, FloatArray]]) -> list[Solved]:
-    """Margins of walls given by their numbers and standard normals: the task of a worker."""
+def _solve(folder: str, number: int, normals: FloatArray) -> Solved:
+    """Margin of a wall given by its number and standard normals: the task of a worker."""
     settings, design, question = _read_question(folder)
-    solved = []
-    for number, normals in batch:
-        began = time.perf_counter()
-        try:
-            result = margin(*normals_to_wall(settings, design, normals), question)
-        except (InputError, ArithmeticError, np.linalg.LinAlgError) as error:
-            result = NOTHING_KNOWN._replace(why=f"{type(error).__name__}: {error}")
-        solved.append(Solved(number, result, time.perf_counter() - began))
-    return solved
-
-
-def _ready(folder: str) -> None:
-    warm_up(_read_question(folder)[0].scene)
+    began = time.perf_counter()
+    try:
+        result = margin(*normals_to_wall(settings, design, normals), question)
+    except (InputError, ArithmeticError, np.linalg.LinAlgError) as error:
+        result = NOTHING_KNOWN._replace(why=f"{type(error).__name__}: {error}")
+    return Solved(number, result, time.perf_counter() - began)
 
 
 @lru_cache(maxsize=2)
@@ -75,46 +66,18 @@ def _read_question(folder: str) -> tuple[StudySettings, Design, Question]:
     return settings, settings.design(), Question(**{f.name: content[f.name] for f in dataclasses.fields(Question)})
 
 
-class WorkerPool:
-    """Workers: an executor, or worker processes that start with the first wall."""
-
-    def __init__(
-        self, folder: StudyFolder, scene: Scene, workers: int, executor: Executor | None, timeout: float | None
-    ) -> None:
-        self.where, self.scene = str(folder.path.resolve()), scene
-        self.question = ""  # study and question, part of the digests of walls
-        if question_file(folder).is_file():
-            content = read_signed_json(question_file(folder), folder.study_hash)
-            question = {k: v for k, v in content.items() if k not in ("program", "programs", "schema_version")}
-            self.question = folder.study_hash + json.dumps(question, sort_keys=True)
-        self.workers, self.executor, self.timeout = workers, executor, timeout
-        self.pool: LocalPool | None = None
-
-    def __enter__(self) -> WorkerPool:
-        return self
-
-    def __exit__(self, kind: object, *rest: object) -> None:
-        if self.pool is not None:
-            self.pool.close() if kind is None else self.pool.kill()
-
-    def submit(self, number: int, normals: FloatArray) -> Future[list[Solved]]:
-        """Submit one wall to the workers; return its future."""
-        wall = [(number, normals)]
-        if self.executor is not None:
-            return self.executor.submit(_solve_margins, self.where, wall)
-        if self.pool is None:
-            warm_up(self.scene)
-            self.pool = LocalPool(self.where, self.workers, self.timeout, _solve_margins, _ready)  # type: ignore[arg-type]
-        return self.pool.submit(wall)  # type: ignore[return-value, arg-type]
-
-
 class Walls:
     """Walls of one run of subset simulation, from its log and newly solved."""
 
-    def __init__(self, pool: WorkerPool, log: Path, failed_reached: bool = False, like: Walls | None = None) -> None:
-        self.pool, self.log, self.like = pool, log, like
+    def __init__(
+        self, folder: StudyFolder, pool: Executor, log: str, failed_reached: bool = False, like: Walls | None = None
+    ) -> None:
+        content = read_signed_json(question_file(folder), folder.study_hash)
+        question = {k: v for k, v in content.items() if k not in ("program", "programs", "schema_version")}
+        self.question = folder.study_hash + json.dumps(question, sort_keys=True)  # part of the digests of walls
+        self.where, self.pool, self.log, self.like = str(folder.path.resolve()), pool, folder.path / log, like
         self.bound = 0 if failed_reached else 1
-        self.known = _read_log(log, pool.question)
+        self.known = _read_log(self.log, self.question)
         self.logged = len(self.known)
         self.shared: dict[int, Margin] = {}
         self.digest: dict[int, bytes] = {}
@@ -126,7 +89,9 @@ class Walls:
             if self.like is not None and self.like.digest.get(number) == self.digest[number]:
                 self.shared[number] = self.like.of(number)
         wanted = [(n, row) for n, row in zip(numbers.tolist(), z) if n not in self.known and n not in self.shared]
-        waiting = [(number, self.pool.submit(number, row)) for number, row in wanted]
+        if wanted and isinstance(self.pool, SharedPool) and not self.solved_now:  # its workers load the kernels
+            warm_up(_read_question(self.where)[0].scene)
+        waiting = [(number, self.pool.submit(_solve, self.where, number, row)) for number, row in wanted]
         with self.log.open("a", encoding="utf-8") as log:
             for number, future in waiting:
                 self._keep(log, _outcome(number, future))
@@ -150,7 +115,7 @@ class Walls:
         least, most, why = solved.margin
         entry = [solved.number, None if np.isinf(most) else most, round(solved.seconds, 4), why, least]
         try:
-            log.write(json.dumps([*entry, _digest(entry, self.pool.question)]) + "\n")
+            log.write(json.dumps([*entry, _digest(entry, self.question)]) + "\n")
             log.flush()
             os.fsync(log.fileno())
         except OSError as error:
@@ -158,9 +123,9 @@ class Walls:
         self.known[solved.number] = solved.margin
 
 
-def _outcome(number: int, future: Future[list[Solved]]) -> Solved:
+def _outcome(number: int, future: Future[Solved]) -> Solved:
     try:
-        return future.result()[0]
+        return future.result()
     except (WorkerDied, TimeoutError) as error:
         return Solved(number, NOTHING_KNOWN._replace(why=f"{type(error).__name__}: {error}"), 0.0)
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from multiprocessing import get_context
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,6 +19,7 @@ from damagepred.assembly import wall_model
 from damagepred.assembly.house import SPACING, unfolded_starts
 from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings, read_frozen
+from damagepred.campaign.workers import SharedPool
 from damagepred.damage import sticking_limits
 from damagepred.damage.tracing import BELOW_DPC, DPC_OPENING, DPC_SLIP, ORIENTATIONS, WALL
 from damagepred.enumerations import SOLVED
@@ -176,8 +176,7 @@ class ReplayStore:
         with ExitStack() as stack:
             stored: Iterable[None] = map(self._store, missing)
             if workers > 1 and len(missing) > workers:
-                pool = stack.enter_context(ProcessPoolExecutor(workers, mp_context=get_context("spawn")))
-                stored = pool.map(self._store, missing)
+                stored = stack.enter_context(SharedPool(workers, None)).map(self._store, missing)
             for number, _ in enumerate(stored, 1):
                 if on_replay is not None:
                     on_replay(number, len(missing))
@@ -264,6 +263,11 @@ class StoredWalls:
             last = np.where(np.isfinite(self.movement), self.movement, -np.inf).max(axis=1, keepdims=True)
             self.edges = np.where(np.isfinite(self.edges), self.edges, last)
 
+    @cached_property
+    def settings(self) -> StudySettings:
+        """Frozen settings of the study."""
+        return read_frozen(StudyFolder(self.path).study_text())
+
     @property
     def largest(self) -> float:
         """Largest movement of the study."""
@@ -271,7 +275,7 @@ class StoredWalls:
 
     def require(self, seen: Observations) -> None:
         """Check that the survey fits these walls: positions, parts, openings, and joints near the cracks."""
-        settings = read_frozen(StudyFolder(self.path).study_text())
+        settings = self.settings
         house = settings.scene if isinstance(settings.scene, House) else None
         require_on(seen, settings.scene, self.path.name)
         self.walls, self.left = {}, {None: 0.0}
@@ -279,15 +283,15 @@ class StoredWalls:
             self.walls = {name: number for number, name in enumerate(house.names)}
             self.left |= dict(zip(house.names, unfolded_starts(house).tolist()))
         for name, scene in zip(self.walls, house.scenes) if house is not None else ((None, settings.scene),):
-            self._require_near_joints(seen, settings, name, scene)
+            self._require_near_joints(seen, name, scene)
 
-    def _require_near_joints(self, seen: Observations, settings: StudySettings, name: str | None, scene: Scene) -> None:
+    def _require_near_joints(self, seen: Observations, name: str | None, scene: Scene) -> None:
         """Check that joints of one wall are near its cracks, and that points of levels are on two blocks."""
         local = [(where, c, c.place) for where, c in seen.cracks if c.place is not None and c.wall == name]
         if far := [(where, crack) for where, crack, _ in local if name is not None and crack.within > SPACING]:
             where, crack = far[0]
             raise InputError(f"{where}: within = {crack.within:g} m: at most {SPACING:g} m on a wall of a house.")
-        if settings.shape_varies or not (local or seen.level):
+        if self.settings.shape_varies or not (local or seen.level):
             return
         model = wall_model(replace(scene, solver=replace(scene.solver, blocks="rigid")))
         joints, blocks = joint_map(model), model.blocks

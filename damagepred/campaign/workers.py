@@ -295,15 +295,16 @@ class LocalPool:
 
 
 class SharedPool(Executor):
-    """Worker processes on this machine for several studies in turn: the ``executor`` of their campaigns."""
+    """Worker processes on this machine for any calls, such as those of several studies in turn."""
 
     def __init__(self, workers: int, timeout: float | None) -> None:
         self._max_workers = workers  # as executors of concurrent.futures tell their width
-        self._pool = LocalPool("", workers, timeout, _run_in_folder, _nothing)
+        self._pool = LocalPool("", workers, timeout, _called, _nothing)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **_: Any) -> Future[Any]:
-        """Queue a batch of a study for the next free worker."""
-        return self._pool.submit(list(args))
+        """Queue a call for the next free worker."""
+        call: Any = [fn, *args]
+        return self._pool.submit(call)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the workers and wait for their end."""
@@ -314,8 +315,9 @@ class SharedPool(Executor):
         self.shutdown(cancel_futures=failure[0] is not None)
 
 
-def _run_in_folder(_: str, batch: Any) -> list[Outcome]:
-    return run_batch(*batch)
+def _called(_: str, call: Any) -> Any:
+    function, *arguments = call
+    return function(*arguments)
 
 
 def _nothing(_: str) -> None:

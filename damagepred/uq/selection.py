@@ -8,8 +8,7 @@ of the same samples; the bounds follow the spread of the differences (``betting_
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,25 +17,6 @@ from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
-
-
-@dataclass(frozen=True)
-class SelectionOptions:
-    """Options of the search."""
-
-    confidence: float = 0.95  # probability that all decisions are right
-    # samples of an alternative in the first round, and at most
-    first: int = 32
-    most: int = 1024
-    growth: float = 2.0  # factor on the samples from round to round
-
-    def rounds(self) -> list[int]:
-        """Return the number of samples of an alternative in each round."""
-        counts = [self.first]
-        while counts[-1] < self.most:
-            counts.append(min(int(np.ceil(counts[-1] * self.growth)), self.most))
-        return counts
-
 
 STAKES = np.geomspace(1e-3, 1.0, 16)  # stakes of the bounds by betting, as shares of the capital
 
@@ -78,13 +58,18 @@ def hoeffding_bounds(mean: float, count: int, error: float) -> tuple[float, floa
 
 
 def select_cheapest(
-    costs: FloatArray, hits: Values, limit: float, options: SelectionOptions, on_round: OnRound | None = None
+    costs: FloatArray,
+    hits: Values,
+    limit: float,
+    rounds: Sequence[int],
+    confidence: float = 0.95,
+    on_round: OnRound | None = None,
 ) -> Selection:
-    """Select the cheapest alternative whose probability of damage is at most a limit."""
-    if not (len(costs) and 0 < limit < 1 and 0 < options.confidence < 1):
+    """Select the cheapest alternative whose probability of damage is at most a limit, by the samples of each round."""
+    if not (len(costs) and 0 < limit < 1 and 0 < confidence < 1):
         raise InputError("design: needs an alternative, and a probability and confidence between 0 and 1.")
-    total, rounds = len(costs), options.rounds()
-    error = (1.0 - options.confidence) / (total * len(rounds))
+    total = len(costs)
+    error = (1.0 - confidence) / (total * len(rounds))
     meets, fails = np.zeros(total, dtype=bool), np.zeros(total, dtype=bool)
     mean, lower, upper = np.full(total, np.nan), np.zeros(total), np.ones(total)
     count = np.zeros(total, dtype=np.int64)
@@ -127,19 +112,20 @@ def select_least_expected(
     costs: FloatArray,
     losses: Values,
     largest: float,
-    options: SelectionOptions,
+    rounds: Sequence[int],
+    confidence: float = 0.95,
     tolerance: float = 0.0,
     on_round: OnRound | None = None,
 ) -> Selection:
     """Select the alternative of the least expected cost: its own and its mean loss."""
-    if not (len(costs) and largest > 0 and 0 < options.confidence < 1):
+    if not (len(costs) and largest > 0 and 0 < confidence < 1):
         raise InputError("design: needs an alternative, a positive repair cost, and a confidence between 0 and 1.")
     total = len(costs)
-    error = (1.0 - options.confidence) / (total * (total + 1))  # ordered pairs, and two bounds of each
+    error = (1.0 - confidence) / (total * (total + 1))  # ordered pairs, and two bounds of each
     mean, lower, upper = np.full(total, np.nan), costs + 0.0, costs + largest
     count, dearer = np.zeros(total, dtype=np.int64), np.zeros(total, dtype=bool)
     active, best, regret = np.arange(total), 0, np.inf
-    for size in options.rounds():
+    for size in rounds:
         if on_round is not None:
             on_round(size, len(active))
         values = {int(k): losses(int(k), size) for k in active}

@@ -38,7 +38,6 @@ from damagepred.uq.observations import (
     WindowObservation,
 )
 from damagepred.uq.selection import (
-    SelectionOptions,
     betting_lower_bound,
     hoeffding_bounds,
     select_cheapest,
@@ -277,13 +276,11 @@ def test_bounds_in_closed_form() -> None:
     assert capital == pytest.approx(20.0, rel=1e-6)
     assert 0.5 * values.mean() < bound < values.mean()
     assert betting_lower_bound(np.zeros(5), 0.05) == 0.0
-    assert SelectionOptions(first=10, most=35, growth=1.5).rounds() == [10, 15, 23, 35]
 
 
 def test_rounds_of_the_cheapest_safe_alternative() -> None:
     """Cheap and unsafe, dear and safe, dearest: each is sampled as long as it may be the answer."""
     asked: list[tuple[int, int]] = []
-    options = SelectionOptions(first=50, most=200)
     chance = {0: 0.9, 1: 0.0, 2: 0.5}
     said: list[tuple[int, int]] = []
 
@@ -292,7 +289,11 @@ def test_rounds_of_the_cheapest_safe_alternative() -> None:
         return (np.arange(size) % 10 < 10 * chance[k]).astype(float)
 
     found = select_cheapest(
-        np.array([1.0, 2.0, 3.0]), hits, 0.2, options, on_round=lambda size, active: said.append((size, active))
+        np.array([1.0, 2.0, 3.0]),
+        hits,
+        0.2,
+        interim_sizes(50, 200),
+        on_round=lambda size, active: said.append((size, active)),
     )
     assert (found.chosen, found.sure) == (1, True)
     assert (found.meets.tolist(), found.fails.tolist()) == ([False, True, False], [True, False, True])
@@ -311,8 +312,8 @@ def test_the_least_expected_cost_by_pairs_of_samples() -> None:
     random = np.random.default_rng(5)
     loss = random.uniform(20.0, 60.0, 400)
     losses = {0: loss + 30.0, 1: loss, 2: np.full(400, 90.0)}
-    costs, options = np.array([0.0, 10.0, 50.0]), SelectionOptions(first=100, most=400)
-    found = select_least_expected(costs, lambda k, n: losses[k][:n], 100.0, options)
+    costs, rounds = np.array([0.0, 10.0, 50.0]), interim_sizes(100, 400)
+    found = select_least_expected(costs, lambda k, n: losses[k][:n], 100.0, rounds)
     assert (found.chosen, found.sure, found.regret) == (1, True, 0.0)
     assert (found.meets.tolist(), found.fails.tolist()) == ([False, True, False], [True, False, True])
     n, error = int(found.samples[1]), 0.05 / (3 * 4)
@@ -321,11 +322,11 @@ def test_the_least_expected_cost_by_pairs_of_samples() -> None:
         share = losses[k][:n] / 100.0
         low, high = betting_lower_bound(share, error), 1 - betting_lower_bound(1 - share, error)
         assert (found.lower[k], found.upper[k]) == pytest.approx((costs[k] + 100 * low, costs[k] + 100 * high))
-    alike = select_least_expected(np.zeros(2), lambda k, n: loss[:n], 100.0, options, tolerance=1.0)
+    alike = select_least_expected(np.zeros(2), lambda k, n: loss[:n], 100.0, rounds, tolerance=1.0)
     bound = 200.0 * (betting_lower_bound(np.full(400, 0.5), 0.05 / 6) - 0.5)
     assert (alike.sure, alike.fails.any(), alike.samples.tolist()) == (False, False, [400, 400])
     assert alike.regret == pytest.approx(-bound)
-    enough = select_least_expected(np.zeros(2), lambda k, n: loss[:n], 100.0, options, tolerance=1.01 * -bound)
+    enough = select_least_expected(np.zeros(2), lambda k, n: loss[:n], 100.0, rounds, tolerance=1.01 * -bound)
     assert enough.sure
     assert enough.meets.tolist() == [True, False]
 
@@ -454,7 +455,7 @@ LIMIT = 0.1
 
 def test_the_chosen_alternative_is_that_of_brute_force_in_95_of_100_repetitions() -> None:
     random, right, samples, sure = np.random.default_rng(2), 0, [], 0
-    options = SelectionOptions(confidence=0.95, first=64, most=4096)
+    rounds = interim_sizes(64, 4096)
     for _ in range(100):
         # twelve alternatives, none within a fifth of the limit; a common factor makes them alike
         factor = np.where(random.random(12) < 0.5, random.uniform(0.05, 0.7, 12), random.uniform(1.4, 5.0, 12))
@@ -466,7 +467,7 @@ def test_the_chosen_alternative_is_that_of_brute_force_in_95_of_100_repetitions(
         def hits(k: int, count: int, u: np.ndarray = uniform, p: np.ndarray = probability) -> np.ndarray:
             return (u[k, :count] < p[k]).astype(float)
 
-        found = select_cheapest(cost, hits, LIMIT, options)
+        found = select_cheapest(cost, hits, LIMIT, rounds)
         feasible = probability <= LIMIT
         best = int(np.flatnonzero(feasible)[np.argmin(cost[feasible])]) if feasible.any() else None
         right += found.chosen == best
@@ -479,10 +480,10 @@ def test_the_chosen_alternative_is_that_of_brute_force_in_95_of_100_repetitions(
 
 def test_what_is_not_decided_is_said() -> None:
     even = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], 10)
-    found = select_cheapest(np.array([1.0]), lambda k, n: even[:n], LIMIT, SelectionOptions(first=10, most=100))
+    found = select_cheapest(np.array([1.0]), lambda k, n: even[:n], LIMIT, interim_sizes(10, 100))
     assert (found.chosen, found.sure) == (None, False)
     with pytest.raises(InputError, match="between 0 and 1"):
-        select_cheapest(np.array([1.0]), lambda k, n: even[:n], 1.5, SelectionOptions())
+        select_cheapest(np.array([1.0]), lambda k, n: even[:n], 1.5, [10])
 
 
 def test_crps_of_two_members_by_hand() -> None:
