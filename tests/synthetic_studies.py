@@ -6,6 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import StudyFolder
@@ -15,9 +16,16 @@ from damagepred.campaign.settings import StudySettings
 from damagepred.damage import Rules
 from damagepred.enumerations import SampleStatus
 from damagepred.study import Study
+from damagepred.uq.capacity import Capacities, read_capacities
 from tests.conftest import SMALL_STUDY
 
 COMPLETE, COLLAPSED, FAILED, MISSING = SampleStatus
+
+
+def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflection") -> Capacities:
+    """Capacity of each wall for one category."""
+    read = read_capacities(ds, [category], intensity).capacities
+    return Capacities(read.lower[0], read.upper[0], read.failed[0], read.end)
 
 
 def synthetic_study(

@@ -96,11 +96,8 @@ CALLS: dict[str, tuple[Function, dict[str, Any]]] = {
     "standard_footing": of(lambda k: scene.standard_footing, site="M", construction="clad frame"),
     "suction_depth": of(lambda k: scene.suction_depth, zone=3),
     "curves_frame": of(lambda k: exports.curves_frame, curves="curves"),
-    "openquake_xml": of(lambda k: exports.openquake_xml, curves="curves", form="discrete", identifier="x"),
-    "pelicun_frame": of(lambda k: exports.pelicun_frame, curves="curves", component="a", categories=[1]),
     "frame": of(lambda k: exports.frame, ds="ds"),
     "walls_frame": of(lambda k: exports.walls_frame, ds="ds"),
-    "report_place": of(lambda k: report.report_place, path="folder"),
     "draw_wall": of(lambda k: plotting.draw_wall, ds="wall", increment=1, exaggeration=10.0, slips=True),
     "draw_scene": of(lambda k: plotting.draw_scene, scene="scene"),
     "draw_history": of(lambda k: plotting.draw_history, ds="wall"),
@@ -212,5 +209,5 @@ def test_every_public_function_is_checked() -> None:
                 assert name in OF_THE_PACKAGE or hasattr(function, "__wrapped__"), name
 
 
-OF_THE_PACKAGE = {"find_cracks", "group_widths", "judge", "page_html", "write_csv"}
+OF_THE_PACKAGE = {"find_cracks", "group_widths", "judge", "write_csv"}
 OF_THE_PACKAGE |= {"deflection_over_strain"}

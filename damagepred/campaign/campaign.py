@@ -402,14 +402,7 @@ class Campaign:
     @checked
     @one_blas_thread()
     def design_dataset(self, samples: int) -> xr.Dataset:
-        """Every input of the first samples.
-
-        Returns
-        -------
-        xarray.Dataset
-            One variable per sampled number, named by its key: on (sample,), or on (sample, joint) if it varies from
-            joint to joint, the study stores fields, and they fit (``MOST_VALUES``).
-        """
+        """Every input of the first samples by its key; on (sample, joint) if stored fields fit (``MOST_VALUES``)."""
         require_count("samples", samples)
         require_affordable(self.settings, self.limits, samples)
         values = self.design.wall_values(samples)

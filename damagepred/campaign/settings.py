@@ -160,13 +160,9 @@ class StudySettings:
             head = tables.get("report", {})
             tables = {**tables, "scene": scene, "report": {**of_scene, **head} if isinstance(head, Mapping) else head}
         settings = cls.of_tables(tables, folder, source)
-        settings._require_consistent(tables, source)
+        require_possible(settings.scene, settings.means(), source)
+        settings.damage_table.by_measures(dict.fromkeys(STATE_TAKES, np.zeros(2)))  # refuses faulty functions
         return settings
-
-    def _require_consistent(self, stated: Any, source: str) -> None:
-        """Refuse numbers of the scene, and means in their place, that are impossible, and faulty functions."""
-        require_possible(self.scene, self.means(), source)
-        self.damage_table.by_measures(dict.fromkeys(STATE_TAKES, np.zeros(2)))
 
     @classmethod
     def of_tables(cls, tables: Mapping[str, Any], folder: Path, source: str) -> StudySettings:
@@ -491,15 +487,9 @@ def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> Mapping[str
 
 
 def with_value(tables: Any, key: str, value: Any, table: str = "") -> Any:
-    """Copy of nested tables with another value.
+    """Copy of a scene's tables with another value; ``wall.thickness`` is of all walls of a house.
 
-    Parameters
-    ----------
-    tables, key, value
-        Tables of a scene; key of a value, in which entries of a list have names or count from 1, and ``wall.thickness``
-        is of all walls of a house.
-    table
-        Key of ``tables`` themselves, for messages.
+    ``table``: key of the tables themselves, for messages.
     """
     step, _, rest = key.partition(".")
     path = f"{table}.{step}" if table else step

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -91,16 +89,6 @@ def study_status(path: str | Path) -> StudyStatus:
         cautions=[counted(said, houses) for said in (*study_cautions(ds), *mixture(ds))],
         houses=houses,
     )
-
-
-def watching(path: str | Path, every: float) -> Iterator[StudyStatus]:
-    """Status of a study at intervals (s), until no wall is left to be solved."""
-    while True:
-        status = study_status(path)
-        yield status
-        if not status.remaining:
-            return
-        time.sleep(every)
 
 
 def _category_shares(ds: xr.Dataset) -> list[CategoryShare]:

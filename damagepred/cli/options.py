@@ -21,18 +21,11 @@ if TYPE_CHECKING:
 
 
 class _Commands(TyperGroup):
-    """Commands in the order of ``DOING``, each with the whole first sentence of its help: click cuts it at one line."""
+    """Commands in the order of ``DOING``."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Names of the commands, in the order of a user's work."""
         return list(DOING)
-
-    def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write the commands, each with its sentence."""
-        commands = ((name, self.get_command(ctx, name)) for name in self.list_commands(ctx))
-        rows = [(name, (command.help or "").strip().partition("\n\n")[0]) for name, command in commands if command]
-        with formatter.section("Commands"):
-            formatter.write_dl(rows)
 
 
 app: typer.Typer = typer.Typer(
@@ -141,7 +134,7 @@ def command(name: str, *forms: str) -> Callable[[Callable[..., None]], Callable[
             option = Annotated[bool, typer.Option(f"--{form}", callback=_form, is_eager=True, help=_FORMS[form])]
             more.append(inspect.Parameter(form, inspect.Parameter.KEYWORD_ONLY, default=False, annotation=option))
         run.__signature__ = own.replace(parameters=[*own.parameters.values(), *more])  # type: ignore[attr-defined]
-        app.command(name)(run)
+        app.command(name, short_help=inspect.getdoc(function))(run)  # whole: click would cut it at one line
         return function
 
     return register

@@ -75,21 +75,12 @@ def study(
 
 
 @opt.command("status", "json", "full", "quiet")
-def status(
-    folder: opt.StudyFolderPath,
-    watch: Annotated[bool, Option("--watch", help="Show it again and again, until all is done.")] = False,
-    every: Annotated[float, Option(min=0.1, help="Seconds between two looks of --watch.")] = 5.0,
-) -> None:
+def status(folder: opt.StudyFolderPath) -> None:
     """Show walls done, failed and left, and the present estimate; the study may be running."""
-    from damagepred.campaign.status import study_status, watching
+    from damagepred.campaign.status import study_status
     from damagepred.cli import tables
 
-    if watch:
-        terminal.silent()
-    for report in watching(folder, every) if watch else (study_status(folder),):
-        if watch and not terminal.FORM.json:
-            terminal.clear()
-        terminal.answer(report, tables.status, without=["cautions"])
+    terminal.answer(study_status(folder), tables.status, without=["cautions"])
 
 
 @opt.command("verify")

@@ -317,12 +317,6 @@ def category(text: str) -> int | str:
     return int(text) if text.isdecimal() else text
 
 
-def clear() -> None:
-    """Begin at the top of the screen again, if there is one."""
-    if _out.is_terminal:
-        _out.clear()
-
-
 def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table, its numbers to the right."""
     from rich.table import Table as Grid

@@ -186,31 +186,7 @@ def pelicun_frame(
     categories: Sequence[int | str] | None = None,
     extrapolated: bool = False,
 ) -> pd.DataFrame:
-    """Damage model of pelicun as a table.
-
-    Parameters
-    ----------
-    curves : xarray.Dataset
-        Curves from ``damagepred.fit_fragility``.
-    component : str
-        Name of the component.
-    categories : sequence of int or str, optional
-        Categories to export, by default all; limit state i is the i-th category.
-    extrapolated : bool
-        Whether to export curves whose median lies beyond the largest movement of the walls.
-
-    Raises
-    ------
-    InputError
-        If a category has no curve, curves cross, or pelicun has no demand for the measure of the movement.
-
-    Examples
-    --------
-    >>> from damagepred import exports, fit_fragility, open_study
-    >>> curves = fit_fragility(open_study("house.dp"), bootstrap=20)
-    >>> exports.pelicun_frame(curves, categories=[2]).loc["masonry.wall", "LS1-Family"]
-    'lognormal'
-    """
+    """Damage model of pelicun as a table with a row for the component; limit state i is the i-th category."""
     import pandas as pd
 
     states, (_, kind) = limit_states(curves, "pelicun", categories, extrapolated), _demand(curves)
@@ -225,14 +201,7 @@ def pelicun_frame(
 
 @checked
 def pelicun_config(curves: xr.Dataset) -> dict[str, Any]:
-    """Options that define the demand in a pelicun assessment: ``Assessment(pelicun_config(curves))``.
-
-    Examples
-    --------
-    >>> from damagepred import exports, fit_fragility, open_study
-    >>> exports.pelicun_config(fit_fragility(open_study("house.dp"), bootstrap=20))
-    {'CustomDemandTypes': {'Central Deflection': {'Acronym': 'CDF', 'UnitType': 'displacement'}}}
-    """
+    """Options that define the demand in a pelicun assessment: ``Assessment(pelicun_config(curves))``."""
     (acronym, kind), name = _demand(curves), movement_words(curves).title()
     return {"CustomDemandTypes": {name: {"Acronym": acronym, "UnitType": kind}}}
 
@@ -261,33 +230,9 @@ def openquake_xml(
     categories: Sequence[int | str] | None = None,
     extrapolated: bool = False,
 ) -> str:
-    """Fragility model as NRML 0.5.
+    """Fragility model as NRML 0.5: mean and standard deviation of the capacity, or probabilities at levels.
 
-    Parameters
-    ----------
-    curves : xarray.Dataset
-        Curves from ``damagepred.fit_fragility``.
-    form : {"continuous", "discrete"}
-        Lognormal functions by mean and standard deviation of the capacity (in NRML not of its logarithm); or
-        probabilities at levels, between which OpenQuake interpolates.
-    identifier : str
-        Name of model and function, the taxonomy of assets: letters, digits, and ``_ - .``.
-    categories : sequence of int or str, optional
-        Categories to export; by default all.
-    extrapolated : bool
-        Whether to export curves whose median lies beyond the largest movement of the walls.
-
-    Raises
-    ------
-    InputError
-        If a category has no curve, curves cross, or the identifier has other characters.
-
-    Examples
-    --------
-    >>> from damagepred import exports, fit_fragility, open_study
-    >>> curves = fit_fragility(open_study("house.dp"), bootstrap=20)
-    >>> exports.openquake_xml(curves, categories=[2, 3]).count("<params ")
-    2
+    ``identifier`` is the name of model and function, the taxonomy of assets: letters, digits, and ``_ - .``.
     """
     if form not in ("continuous", "discrete"):
         raise InputError(f"form = {form!r}: must be 'continuous' or 'discrete'.")

@@ -26,14 +26,7 @@ _BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:mm|m|kN|N|GPa|MPa|kPa|Pa|s|min|h|%)\b)
 
 
 def page_html(page: Page) -> str:
-    """Report as one page of HTML, with styles, drawings and script inside.
-
-    Examples
-    --------
-    >>> from damagepred.report.parts import Page
-    >>> "<h1>a house</h1>" in page_html(Page("a house", "nothing yet", [], "At 8 mm:", [], [], []))
-    True
-    """
+    """Report as one page of HTML, with styles, drawings and script inside."""
     parts = [*page.first, *(part for section in page.sections for part in section.parts)]
     script = [
         _file("fade.js"),
@@ -69,20 +62,6 @@ def _file(name: str) -> str:
 
 
 @checked
-def report_place(path: str | Path) -> Path:
-    """Default file of a report: ``house_report.html`` beside ``house.dp`` or ``house.nc``.
-
-    Examples
-    --------
-    >>> import damagepred
-    >>> damagepred.report.report_place("house.dp").name
-    'house_report.html'
-    """
-    place = Path(path) if Path(path).name not in ("", "..") else Path(path).resolve()
-    return place.with_name(f"{place.stem}_report.html")
-
-
-@checked
 def write_report(
     path: str | Path,
     output: str | Path | None = None,
@@ -102,7 +81,7 @@ def write_report(
     path : str or Path
         Result of solve or replay (``*.nc``), or study folder (``*.dp``).
     output : str or Path, optional
-        File to write; see ``report_place``.
+        File to write; by default ``house_report.html`` beside ``house.dp`` or ``house.nc``.
     replay : bool
         Whether a typical wall of a study is solved again, to draw it.
     confidence : float
@@ -127,7 +106,8 @@ def write_report(
     True
     """
     source = Path(path)
-    file = Path(output) if output is not None else report_place(source)
+    place = source if source.name not in ("", "..") else source.resolve()
+    file = place.with_name(f"{place.stem}_report.html") if output is None else Path(output)
     if not source.exists():
         raise InputError(f"{source}: no such file or study folder.")
     check_output(file, ".html", ".htm", inputs=[source])
@@ -157,6 +137,5 @@ def write_report(
         if refused := [f"{name} = {value}" for name, value in given.items() if value is not None]:
             raise InputError(f"{refused[0]}: goes with a study; {source} is one wall, whose report has the whole path.")
         page = wall_page(read_dataset(source), source.name, written)
-    html = page_html(page)
-    write_text(file, html)
+    write_text(file, page_html(page))
     return file

@@ -113,13 +113,6 @@ def highest_category(ds: xr.Dataset) -> int:
 
 
 @checked
-def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflection") -> Capacities:
-    """Capacity of each wall for a category; see ``read_capacities``."""
-    read = read_capacities(ds, [category], intensity).capacities
-    return Capacities(read.lower[0], read.upper[0], read.failed[0], read.end)
-
-
-@checked
 def read_capacities(
     ds: xr.Dataset, categories: Sequence[int], intensity: str, *, between: bool = True
 ) -> StudyCapacities:

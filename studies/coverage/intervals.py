@@ -16,7 +16,7 @@ from scipy import special
 from damagepred.arrays import FloatArray
 from damagepred.uq.estimate import probability
 from damagepred.uq.exceedance import exceedance, median_movement
-from damagepred.uq.fragility import fit_fragility, fit_surface, stripes_from_counts
+from damagepred.uq.fragility import fit_fragility, fit_surface
 from damagepred.uq.samplers import unit_points
 from damagepred.uq.sensitivity import sensitivity_indices
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
@@ -125,8 +125,14 @@ def counted(random: np.random.Generator, each: int, model: str = "separate") -> 
     medians, dispersion = np.array([8e-3, 14e-3]), 0.5
     capacity = medians * np.exp(dispersion * random.standard_normal((5, each)))[:, :, None]
     category = (movement[:, None, None] >= capacity).sum(axis=2)
-    counts = np.array([np.bincount(row, minlength=3) for row in category])
-    ds = stripes_from_counts(movement, counts)
+    ds = xr.Dataset(
+        {
+            "damage_category": ("sample", category.astype(np.int8).ravel()),
+            "status": ("sample", np.zeros(category.size, dtype=np.int8)),
+            "central_deflection": ("sample", np.repeat(movement, each), {"units": "m"}),
+        },
+        attrs={"highest_category": 2},
+    )
     fitted = fit_fragility(ds, model=model, bootstrap=BOOTSTRAP, seed=seed_of(random), points=6)  # type: ignore[arg-type]
     return _ends(fitted.isel(category=0), float(medians[0]), dispersion)
 

@@ -10,7 +10,8 @@ import pytest
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.study import Study, open_study
-from damagepred.uq.fragility import capacities, fit_fragility
+from damagepred.uq.fragility import fit_fragility
+from tests.synthetic_studies import capacities
 
 pytestmark = pytest.mark.quick_cases()
 

@@ -12,8 +12,9 @@ from damagepred.campaign.settings import StudySettings
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.study import draw_category_shares
 from damagepred.study import Study, open_study
-from damagepred.uq.fragility import capacities, fit_fragility
+from damagepred.uq.fragility import fit_fragility
 from tests.conftest import SMALL_STUDY
+from tests.synthetic_studies import capacities
 
 WALL = """
 [study]

@@ -13,7 +13,7 @@ from damagepred.analyses.rare_event import kept_sizes
 from damagepred.archive.digest import signed_json
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import joined, write_part
-from damagepred.campaign import cost_estimate, status
+from damagepred.campaign import cost_estimate
 from damagepred.campaign.cost_estimate import _elsewhere, _errors, _percent, estimate_cost
 from damagepred.campaign.dispatch import Batches, GivenExecutor
 from damagepred.campaign.sample import Outcome, already_done
@@ -220,17 +220,6 @@ def test_cells_of_tables_on_the_page_and_on_the_terminal() -> None:
     assert (page.columns, page.words, page.note) == (["name", "value (mm)", "page"], [0], "note")
     assert page.rows == [["a-b", "−1", "−"], ["c", "2−3", "1"]]
     assert (brief.columns, brief.rows) == (["name", "value\nmm", "both"], [["a-b", "-1 (a b)", "x"], ["c", "2", "y"]])
-
-
-@pytest.mark.parametrize("failed", [0, 2])
-def test_watching_goes_on_until_no_wall_remains(monkeypatch: pytest.MonkeyPatch, failed: int) -> None:
-    looks = [SimpleNamespace(remaining=left, failed=failed) for left in (4, 1, 0)]
-    waits: list[float] = []
-    queue = iter(looks)
-    monkeypatch.setattr(status, "study_status", lambda _: next(queue))
-    monkeypatch.setattr(status.time, "sleep", waits.append)
-    assert list(status.watching("house.dp", 2.5)) == looks
-    assert waits == [2.5, 2.5]
 
 
 WALL = "[study]\nsamples = 3\n[scene.wall]\nlength = 1.44\nheight = 0.6\n"

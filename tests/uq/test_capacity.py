@@ -11,12 +11,13 @@ from damagepred.analyses import limit_state
 from damagepred.analyses.limit_state import Question, margin
 from damagepred.analyses.variance_shares import _output_of
 from damagepred.enumerations import SampleStatus
-from damagepred.uq.capacity import capacities, censored_before, probability_reached
+from damagepred.uq.capacity import censored_before, probability_reached
 from damagepred.uq.exceedance import category_capacities, exceedance, known_hits, pseudo_values
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.movement_distribution import as_distribution
 from damagepred.uq.stopping import StopWhen
 from tests.analyses.test_rare import settings
+from tests.synthetic_studies import capacities
 from tests.uq.test_fragility import study
 
 pytestmark = pytest.mark.quick_cases()

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from statsmodels.genmod.families import Binomial
@@ -12,7 +13,7 @@ from statsmodels.genmod.generalized_linear_model import GLM
 from statsmodels.miscmodels.ordinal_model import OrderedModel
 
 from damagepred.errors import InputError
-from damagepred.uq.fragility import fit_fragility, fit_lognormal, stripes_from_counts
+from damagepred.uq.fragility import fit_fragility, fit_lognormal
 from tests.uq.test_fragility import BETA, RATE, WIDTHS, fail, known, study
 from tests.uq.test_fragility_single import study as single_study
 
@@ -81,7 +82,15 @@ def test_counts_at_fixed_movements_are_a_binomial_probit_model() -> None:
         np.column_stack((hits, walls - hits)), np.column_stack((np.ones(4), np.log(movement))), Binomial(Probit())
     ).fit(tol=1e-14)
     a, b = theirs.params
-    ds = stripes_from_counts(movement, np.column_stack((walls - hits, hits)), units="mm")
+    counts = np.column_stack((walls - hits, hits))
+    ds = xr.Dataset(
+        {
+            "damage_category": ("sample", np.repeat(np.tile(np.arange(2, dtype=np.int8), 4), counts.ravel())),
+            "status": ("sample", np.zeros(walls.sum(), dtype=np.int8)),
+            "central_deflection": ("sample", np.repeat(movement, walls), {"units": "mm"}),
+        },
+        attrs={"highest_category": 1},
+    )
     curve = fit_fragility(ds, bootstrap=50).isel(category=0)
     assert float(curve["median"]) == pytest.approx(np.exp(-a / b), rel=1e-7)
     assert float(curve["dispersion"]) == pytest.approx(1 / b, rel=1e-7)
@@ -93,15 +102,6 @@ def test_counts_at_fixed_movements_are_a_binomial_probit_model() -> None:
     )
     assert float(curve["median"]) == pytest.approx(fit.median, rel=1e-9)
     np.testing.assert_allclose(curve["empirical"].sel(intensity=movement, method="nearest"), hits / walls, atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("movement", "counts", "words"),
-    [([1.0, 2.0], [[1, 2]], "one row each"), ([1.0], [[-1, 2]], "not negative"), ([np.nan], [[1, 2]], "finite")],
-)
-def test_counts_that_cannot_be_used(movement: list, counts: list, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        stripes_from_counts(movement, counts)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,8 @@ import xarray as xr
 from scipy import optimize, special
 
 from damagepred.uq.exceedance import exceedance
-from damagepred.uq.fragility import capacities, fit_fragility
+from damagepred.uq.fragility import fit_fragility
+from tests.synthetic_studies import capacities
 from tests.uq.test_fragility import COMPLETE, FAILED, NAMES
 
 

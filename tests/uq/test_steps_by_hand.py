@@ -14,7 +14,6 @@ from damagepred.errors import InputError
 from damagepred.scene import Dpc, Movement, Opening, Scene, Wall
 from damagepred.uq.capacity import (
     Capacities,
-    capacities,
     category_number,
     failure_bounds,
     highest_category,
@@ -48,6 +47,7 @@ from damagepred.uq.subset import Level, SubsetEstimate, _mean_of_runs, _variatio
 from damagepred.uq.survey_likelihood import censored, vague_log_likelihood
 from damagepred.uq.variable import JointField, Variable
 from studies.validation.scores import coverage, crps, pit
+from tests.synthetic_studies import capacities
 
 
 def test_categories_by_name_and_their_highest_number() -> None:

@@ -10,10 +10,10 @@ from statsmodels.stats.proportion import proportion_confint
 
 from damagepred.uq.capacity import read_capacities
 from damagepred.uq.comparison import compare
-from damagepred.uq.fragility import fit_fragility, fit_lognormal, fit_surface, stripes_from_counts
+from damagepred.uq.fragility import fit_fragility, fit_lognormal, fit_surface
 from damagepred.uq.fragility.goodness import _grouped_by_increments
 from tests.recorded import check_parts
-from tests.uq.test_fragility import COMPLETE, MISSING, fail, scipy_fit, study
+from tests.uq.test_fragility import MISSING, fail, scipy_fit, study
 from tests.uq.test_fragility_single import study as single_study
 
 CAPACITY = np.array([0.0, 2.5, 3.5, 3.6, 4.5, 5.5, 6.5, 6.6, 7.5, 8.5, 9.5, 99.0, 99.0])
@@ -216,17 +216,6 @@ def test_a_difference_of_replicates_is_student_s_of_their_means() -> None:
     assert float(found["difference"]) == pytest.approx(each.mean())
     assert float(found["difference_lower"]) == pytest.approx(max(each.mean() - half, -1.0))
     assert float(found["difference_upper"]) == pytest.approx(min(each.mean() + half, 1.0))
-
-
-def test_counted_walls_as_a_study() -> None:
-    ds = stripes_from_counts([2.0, 5.0], [[2, 1, 0], [0, 1, 2]], intensity="wall_drift", units="mm", title="counted")
-    assert ds["damage_category"].values.tolist() == [0, 0, 1, 1, 2, 2]
-    assert ds["wall_drift"].values.tolist() == [2.0] * 3 + [5.0] * 3
-    assert ds["status"].values.tolist() == [COMPLETE] * 6
-    assert (ds.attrs, ds["wall_drift"].attrs) == (
-        {"title": "counted", "highest_category": 2},
-        {"units": "mm", "long_name": "wall drift"},
-    )
 
 
 @pytest.mark.parametrize("scale", ["log", "linear"])

@@ -5,11 +5,10 @@ by maximum likelihood; walls that were not yet damaged count as such (censored),
 to too small capacities.
 """
 
-from damagepred.uq.capacity import Capacities, capacities, read_capacities
+from damagepred.uq.capacity import Capacities, read_capacities
 from damagepred.uq.fragility.curves import fit_fragility
 from damagepred.uq.fragility.estimators import fit_lognormal
 from damagepred.uq.fragility.fit import Fit, normalised_weights
-from damagepred.uq.fragility.stripes import stripes_from_counts
 from damagepred.uq.fragility.surface import fit_surface
 from damagepred.uq.fragility.turnbull import turnbull
 from damagepred.uq.intensity import MEASURES, movement_measure
@@ -18,13 +17,11 @@ __all__ = [
     "MEASURES",
     "Capacities",
     "Fit",
-    "capacities",
     "fit_fragility",
     "fit_lognormal",
     "fit_surface",
     "movement_measure",
     "normalised_weights",
     "read_capacities",
-    "stripes_from_counts",
     "turnbull",
 ]
