@@ -52,7 +52,7 @@ def study_for_limit_state(settings: StudySettings, question: Question) -> StudyS
         if a != key and (kept := {b: value for b, value in row.items() if b != key})
     }
     plain: dict[str, Any] = {"sampler": "random", "replicates": 1, "importance": {}, "nominal_share": 0.0}
-    plain |= {"table": None, "table_columns": (), "stop_when": None, "time_budget": None, "movement": "path"}
+    plain |= {"table": None, "table_columns": (), "stop_when": None, "movement": "path"}
     return replace(
         settings,
         scene=replace(scene, movement=replace(scene.movement, increments=beyond)),

@@ -95,7 +95,7 @@ def study_differences(frozen: StudySettings, settings: StudySettings) -> list[st
     was, now = frozen.to_dict(), settings.to_dict()
     for content in (was, now):
         content["scene"]["solver"].pop("accuracy")  # its keys count
-        for key in ("samples", "stop_when", "time_budget", "epistemic", "table"):
+        for key in ("samples", "stop_when", "epistemic", "table"):
             content["study"].pop(key, None)
     return differing_keys(was, now)
 

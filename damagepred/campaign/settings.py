@@ -27,7 +27,7 @@ from damagepred.scene import Report, Scene
 from damagepred.scene.described import build, described, plain
 from damagepred.scene.material_library import material
 from damagepred.scene.plausibility import require_possible
-from damagepred.scene.quantity import Count, Duration, Pure, to_si
+from damagepred.scene.quantity import Count, Pure, to_si
 from damagepred.scene.scene import entry_number, step_names, unchecked_scene
 from damagepred.solvers.options import SolverOptions
 from damagepred.uq.design import Design, Sampler
@@ -47,6 +47,7 @@ def _stop(value: Any) -> Any:
 _REMOVED = {
     "coarse": "two-level estimates have been removed; take more walls, or `damagepred rare` for small probabilities",
     "crossed": "crossed walls have been removed; `damagepred sensitivity` takes the independent walls of any study",
+    "time_budget": "budgets of time have been removed; `timeout 2h damagepred study` ends a run, which can be resumed",
 }
 """Keys of ``[study]`` in files of older versions, and what to use instead."""
 
@@ -79,8 +80,6 @@ class Sampling:
     """With ``importance``, share of walls drawn as the distributions say; it keeps weights below one over it."""
     stop_when: StopWhen | None = None
     """Run no more walls once a quantity is known well enough; ``samples`` is then the most there may be."""
-    time_budget: Duration | None = Field(default=None, gt=0)
-    """Begin no more walls after this time (s)."""
     epistemic: dict[str, dict[str, dict[str, Any]]] = Field(default_factory=dict)
     """Alternatives to the distributions, by name: ``[study.epistemic."less sure"."dpc.friction"] cov = 0.3``. Walls are
     weighted, not run again (``damagepred estimate``)."""
@@ -527,7 +526,9 @@ def differing_keys(first: Mapping[str, Any], second: Mapping[str, Any], prefix: 
 def read_frozen(text: str) -> StudySettings:
     """Study settings from their frozen copy; of a pair correlated twice the last value counts, as before."""
     tables = parse_toml(text, "study.toml")
-    tables["study"] = {key: value for key, value in tables.get("study", {}).items() if key != "coarse"}
+    tables["study"] = {
+        key: value for key, value in tables.get("study", {}).items() if key not in ("coarse", "time_budget")
+    }
     pairs = {frozenset((a, b)): (a, b, r) for a, row in tables.get("correlation", {}).items() for b, r in row.items()}
     if pairs:
         tables["correlation"] = {a: {d: r for c, d, r in pairs.values() if c == a} for a, *_ in pairs.values()}

@@ -65,7 +65,6 @@ def ending_lines(ending: Ending, rule: StopWhen | None) -> list[str]:
     reasons = {
         "enough": "narrow enough: no further walls are run",
         "samples": "all walls allowed are run, and the interval is not narrow enough yet",
-        "time": "the time is up; the same command resumes the study",
         "interrupted": "",
     }
     return [*said, *filter(None, [reasons[ending.reason]])]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -58,10 +57,8 @@ def study(
             on_progress=bar.update,
         )
     summary = ending.summary
-    if settings.study.stop_when is not None or ending.reason == "time":
+    if settings.study.stop_when is not None:
         terminal.lines(counted(line, houses) for line in ending_lines(ending, settings.study.stop_when))
-    if ending.reason == "time":
-        summary = replace(summary, total=summary.done, interrupted=False)
     word = "interrupted" if summary.interrupted else "complete"
     done = f"{summary.done} of {summary.total} {bar.noun} done, {summary.failed} failed"
     terminal.say(f"{folder}: {word}, {done}, {summary.seconds:.1f} s this time")

@@ -184,7 +184,9 @@ def test_incompatible_settings(changes: dict[str, Any], sampling: dict[str, Any]
         settings(changes, **sampling)
 
 
-@pytest.mark.parametrize(("key", "value"), [("coarse", {"wall": {"block_length": "480 mm"}}), ("crossed", True)])
+@pytest.mark.parametrize(
+    ("key", "value"), [("coarse", {"wall": {"block_length": "480 mm"}}), ("crossed", True), ("time_budget", "4 s")]
+)
 def test_a_key_that_has_been_removed_is_named_and_has_no_effect(key: str, value: object) -> None:
     with pytest.warns(UserWarning, match=rf"\[study\] {key} has no effect: .*removed; .*leave it out"):
         assert settings(**{key: value}) == settings()
@@ -193,7 +195,7 @@ def test_a_key_that_has_been_removed_is_named_and_has_no_effect(key: str, value:
 @pytest.mark.filterwarnings("error")
 def test_frozen_studies_with_removed_keys_are_read_as_before() -> None:
     tables = tomllib.loads(settings().to_toml())
-    tables["study"] |= {"crossed": True, "coarse": {"wall": {"block_length": 0.48}}}
+    tables["study"] |= {"crossed": True, "coarse": {"wall": {"block_length": 0.48}}, "time_budget": 4.0}
     frozen = read_frozen(tomli_w.dumps(tables))
     assert frozen == replace(settings(), study=replace(settings().study, crossed=True))
     friction = frozen.design().wall_values(8)["joint.friction"].reshape(2, 2, 2)

@@ -46,17 +46,6 @@ def test_a_study_stops_when_the_interval_is_small_enough(tmp_path: Path) -> None
     assert "narrow enough" in " ".join(ending_lines(ending, study.settings.study.stop_when))
 
 
-@pytest.mark.thorough
-def test_a_study_stops_when_its_time_is_up(tmp_path: Path) -> None:
-    study = Study(settings(samples=3000, time_budget="4 s", store_fields=False))
-    with ThreadPoolExecutor(1) as executor:
-        ending = run_until(study, tmp_path / "s.dp", executor=executor)
-        assert ending.reason == "time"
-        assert 0 < ending.summary.done < 3000
-        done = set(np.flatnonzero(open_study(tmp_path / "s.dp")["status"].values == 0).tolist())
-        assert done == set(range(len(done)))  # none that had begun is left out
-
-
 def test_a_latin_hypercube_cannot_be_stopped(tmp_path: Path) -> None:
     rule = {"category": 1, "at": "6 mm", "half_width": 0.3}
     with pytest.raises(InputError, match="Latin hypercube"):
