@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from damagepred.assembly import NO_LIMITS, Assembly, Limits
     from damagepred.damage import construction_limits
     from damagepred.errors import DamagepredError, InputError, SolverError, StudyError
-    from damagepred.exports import curves_frame, frame, to_arviz, walls_frame
+    from damagepred.exports import frame, to_arviz
     from damagepred.one_wall.solve import solve
     from damagepred.results.rejudge import judge_again
     from damagepred.results.scales import compare_scales
@@ -95,7 +95,7 @@ _HOMES = {
         "analyses.back_analysis": "infer",
         "analyses.design_search": "search_design",
         "analyses.portfolio": "assess_portfolio",
-        "exports": "walls_frame curves_frame frame to_arviz",
+        "exports": "frame to_arviz",
         "assembly": "Assembly Limits NO_LIMITS",
         "damage": "construction_limits",
         "errors": "DamagepredError InputError SolverError StudyError",

@@ -44,7 +44,7 @@ upper = "9 mm"
 
 
 SOLVED_IN_EXAMPLES = (
-    *("assess_portfolio", "curves_frame", "draw_back_analysis", "draw_design_search", "draw_portfolio"),
+    *("assess_portfolio", "frame", "draw_back_analysis", "draw_design_search", "draw_portfolio"),
     *("save_animation", "save_wall_pictures", "search_design", "study.Study"),
 )
 """Examples of docstrings that run a study for a second or more."""

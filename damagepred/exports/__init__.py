@@ -1,6 +1,8 @@
 """Exports of fragility curves and studies: files and tables for other programs."""
 
-from damagepred.exports.frames import curves_frame, frame, to_arviz, walls_frame
+from damagepred.exports.frames import curves_frame as curves_frame
+from damagepred.exports.frames import frame, to_arviz
+from damagepred.exports.frames import walls_frame as walls_frame
 from damagepred.exports.programs import FORMATS, export_curves
 from damagepred.exports.programs import export_place as export_place
 from damagepred.exports.programs import openquake_xml as openquake_xml
@@ -10,9 +12,7 @@ from damagepred.exports.programs import write_csv as write_csv
 
 __all__ = [
     "FORMATS",
-    "curves_frame",
     "export_curves",
     "frame",
     "to_arviz",
-    "walls_frame",
 ]

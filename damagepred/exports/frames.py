@@ -17,23 +17,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-@checked
 def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
-    """Points of all curves, one row per category and intensity.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Indexed by category and intensity (m, or 1 for a ratio), up to the end of the walls' paths; columns
-        ``category_name``, ``fit_status``, ``probability`` with ``_lower`` and ``_upper``, and ``empirical``.
-
-    Examples
-    --------
-    >>> import damagepred
-    >>> curves = damagepred.fit_fragility(damagepred.open_study("house.dp"), bootstrap=20)
-    >>> list(damagepred.curves_frame(curves).index.names)
-    ['category', 'intensity']
-    """
+    """Points of all curves, one row per category and intensity."""
     require(curves, ("category", "intensity", "probability"), "the result of fit_fragility")
     points = [n for n in curves.data_vars if set(curves[n].dims) == {"category", "intensity"}]
     frame = curves[points].to_dataframe()
@@ -45,23 +30,8 @@ def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
     return frame
 
 
-@checked
 def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
-    """Walls of a study, one row each: inputs, status, and largest values along the path.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Indexed by sample. ``status`` is in words; results with increments are the largest along the path, NaN (-1 for a
-        category) where unknown. Of a study of houses the worst wall, and of each wall its category and widest crack.
-
-    Examples
-    --------
-    >>> import damagepred
-    >>> walls = damagepred.walls_frame(damagepred.open_study("house.dp"))
-    >>> len(walls), walls["status"].unique().tolist()
-    (24, ['complete'])
-    """
+    """Walls of a study, one row each: inputs, status, and largest values along the path."""
     require(ds, ("sample", "status"), "the result of open_study")
     # values per joint are no column of a table of walls
     alone = [n for n in ds.data_vars if ds[n].dims == ("sample",)]
@@ -92,12 +62,21 @@ def frame(ds: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        See ``walls_frame`` and ``curves_frame``; for a wall, the variables with one value per increment; for a house,
+        Of a study by sample: inputs, ``status`` in words, and of results with increments the largest along the path,
+        NaN (-1 for a category) where unknown; of houses the worst wall, and of each wall category and widest crack. Of
+        curves by category and intensity (m, or 1 for a ratio): ``category_name``, ``fit_status``, ``probability`` with
+        ``_lower`` and ``_upper``, and ``empirical``. Of a wall the variables with one value per increment; of a house
         the same of each wall.
 
     Examples
     --------
     >>> import damagepred
+    >>> walls = damagepred.frame(damagepred.open_study("house.dp"))
+    >>> len(walls), walls["status"].unique().tolist()
+    (24, ['complete'])
+    >>> curves = damagepred.fit_fragility(damagepred.open_study("house.dp"), bootstrap=20)
+    >>> list(damagepred.frame(curves).index.names)
+    ['category', 'intensity']
     >>> scene = damagepred.Scene.from_dict({"wall": {"length": 1.2, "height": 0.3}, "movement": {"increments": 2}})
     >>> damagepred.frame(damagepred.solve(scene))["damage_category"].tolist()
     [0, 0, 0]

@@ -56,7 +56,7 @@ def test_a_study_and_its_curves(tmp_path: Path) -> None:
     study = damagepred.open_study(synthetic_study(tmp_path / "s.dp", 60))
     assert np.isfinite(damagepred.fit_fragility(study, bootstrap=20)["median"].values[0])
     assert 0 < damagepred.exceedance(study, 1, 3e-3).estimate.value < 1
-    assert damagepred.walls_frame(study).shape[0] == 60
+    assert damagepred.frame(study).shape[0] == 60
 
 
 @pytest.mark.usefixtures("_strict")
