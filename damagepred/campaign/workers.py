@@ -295,7 +295,7 @@ class LocalPool:
 
 
 class SharedPool(Executor):
-    """Worker processes on this machine for any calls, such as those of several studies in turn."""
+    """Worker processes on this machine for any calls, also of several studies in turn."""
 
     def __init__(self, workers: int, timeout: float | None) -> None:
         self._max_workers = workers  # as executors of concurrent.futures tell their width
