@@ -1,7 +1,7 @@
 """Small walls and studies that many tests share."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,9 @@ import pytest
 from damagepred.analyses import rare_event_samples
 from damagepred.campaign import campaign, workers
 from damagepred.cli import terminal
+from damagepred.kernels import process_cache
+from damagepred.kernels.jit import CACHE
+from damagepred.kernels.process_cache import ProcessCache
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -111,11 +114,46 @@ class OneThread:
     terminate = kill
 
 
+def _no_compilation(*_: Any, **__: Any) -> None:
+    """Nothing is compiled for workers in a thread."""
+
+
+IN_A_THREAD = [(module, "LocalPool", OneThread) for module in (campaign, workers)]
+IN_A_THREAD += [(module, "warm_up", _no_compilation) for module in (campaign, rare_event_samples)]
+IN_PROCESSES = [(module, name, getattr(module, name)) for module, name, _ in IN_A_THREAD]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _walls_in_this_process() -> Iterator[None]:
+    """Solve the walls of studies in a thread; fixtures of modules do so, too."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name, value in IN_A_THREAD:
+            patch.setattr(module, name, value)
+        yield
+
+
 @pytest.fixture(autouse=True)
-def _walls_in_this_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Quick tests solve the walls of studies in a thread; worker processes are for those that are marked."""
-    if not any(request.node.get_closest_marker(name) for name in ("worker_processes", "thorough", "slow")):
-        for module in (campaign, workers):
-            monkeypatch.setattr(module, "LocalPool", OneThread)
-        for module in (campaign, rare_event_samples):
-            monkeypatch.setattr(module, "warm_up", lambda *_, **__: None)
+def _worker_processes(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Start worker processes in the tests that are marked."""
+    if request.node.get_closest_marker("worker_processes"):
+        for module, name, value in IN_PROCESSES:
+            monkeypatch.setattr(module, name, value)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """Share compiled kernels with the other process of the tests after each file, so that only one compiles them."""
+    if CACHE is not None and (nextitem is None or nextitem.path != item.path):
+        CACHE.publish()
+        _adopt_kernels(CACHE)
+
+
+def _adopt_kernels(cache: ProcessCache) -> None:
+    shared = cache.folder.parents[1]
+    with cache._locked():
+        for index in process_cache._files(shared, "*.nbi"):
+            name = index.relative_to(shared)
+            if not (cache.folder / name).exists():
+                for file in (*index.parent.glob(f"{index.stem}.*.nbc"), index):  # the index last
+                    process_cache.link(file, cache.folder / file.relative_to(shared))
+                cache._known[name] = process_cache._identity(index)

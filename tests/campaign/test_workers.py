@@ -176,6 +176,7 @@ time.sleep(60)
         time.sleep(0.1)  # until the test takes too long
 
 
+@pytest.mark.worker_processes
 @pytest.mark.thorough
 def test_one_pool_runs_one_study_after_the_other_as_each_alone(small_study_file: Path, tmp_path: Path) -> None:
     """Its workers stay; one that is killed in between is replaced."""

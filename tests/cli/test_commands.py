@@ -217,6 +217,7 @@ def test_an_interrupted_study_keeps_what_was_done_and_goes_on(small_study_file: 
     assert (first == 0).all()
 
 
+@pytest.mark.worker_processes
 @pytest.mark.thorough
 def test_failed_samples_end_with_code_3(command: Run, tmp_path: Path, small_study_file: Path) -> None:
     text = small_study_file.read_text().replace(
@@ -250,14 +251,6 @@ def test_fragility_exports_beside_the_study_or_the_output(command: Run, tmp_path
     result = command("fragility", folder, "--categories", "one")
     assert result.code == 2
     assert "category = 'one': must be a number from 1, or one of very slight, slight" in result.err
-    by_name = command("fragility", folder, "--categories", "very slight,slight", "--bootstrap", 0, "--goodness", 0)
-    by_number = command("fragility", folder, "--categories", "1,2", "--bootstrap", 0, "--goodness", 0)
-    assert by_name.out == by_number.out
-    asked = [command("estimate", folder, "--category", c, "--at", "2 mm").out for c in ("2", "slight", "Slight")]
-    assert asked[0]
-    assert len(set(asked)) == 1
-    result = command("estimate", folder, "--category", "sligt", "--at", "2 mm")
-    assert (result.code, "Did you mean 'slight'?" in result.err) == (2, True)
 
 
 def test_judge_again_from_the_command_line(command: Run, tmp_path: Path) -> None:

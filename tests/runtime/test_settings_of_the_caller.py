@@ -48,6 +48,7 @@ def _strict() -> Iterator[None]:
         assert (np.random.get_state()[1] == before[4]).all()  # noqa: NPY002
 
 
+@pytest.mark.worker_processes
 @pytest.mark.thorough
 @pytest.mark.usefixtures("_strict")
 def test_a_study_and_its_curves(tmp_path: Path) -> None:
