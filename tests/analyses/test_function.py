@@ -68,7 +68,7 @@ def test_invalid_requests_are_refused(study: Study, ask, words: str) -> None:
 @pytest.mark.thorough
 def test_salib_and_openturns_get_the_same_walls() -> None:
     """Total indices are over n - 1/2 times the variance of A (OpenTURNS), over n times the variance of both (SALib)."""
-    size = 8
+    size = 4
     salib, theirs = run.with_salib(size), run.with_openturns(size)
     wall = Study.from_toml(run.STUDY).function([run.OUTPUT])
     table = wall(run.vectors(wall, size))[run.OUTPUT].values.reshape(size, -1)

@@ -159,7 +159,7 @@ def test_failed_walls_bound_the_probability(tmp_path: Path, monkeypatch: pytest.
     lower, upper = special.ndtr(-3.0) * special.ndtr(2.0), special.ndtr(-3.0) * special.ndtr(2.0) + special.ndtr(-2.0)
     low, high, inside = [], [], 0
     with ThreadPoolExecutor(1) as executor:
-        for seed in range(8):
+        for seed in range(5):
             asked = settings(FRICTION_ONLY.replace("seed = 7", f"seed = {seed}"))
             found = rare_event(asked, ASKED, tmp_path / str(seed), samples=200, executor=executor)
             low.append(found.estimate.probability)
@@ -167,19 +167,19 @@ def test_failed_walls_bound_the_probability(tmp_path: Path, monkeypatch: pytest.
             inside += found.interval[0] <= lower and upper <= found.interval[1]
             assert found.failed > 0
             assert "failed before 4 mm" in "\n".join(rare_lines(found, ASKED))
-        again = rare_event(asked, ASKED, tmp_path / "7", samples=200, executor=executor)
+        again = rare_event(asked, ASKED, tmp_path / "4", samples=200, executor=executor)
     for values, exact in ((low, lower), (high, upper)):
-        assert abs(np.mean(values) - exact) < 3.5 * np.std(values, ddof=1) / np.sqrt(8)
-    assert inside >= 5  # each end holds with 95 %, here of very few walls
+        assert abs(np.mean(values) - exact) < 3.5 * np.std(values, ddof=1) / np.sqrt(5)
+    assert inside >= 3  # each end holds with 95 %, here of very few walls
     # nothing is solved twice: the first level is shared, and a second call solves nothing
     assert again.solved_now == 0
     assert again.interval == found.interval
     assert found.solved_now <= found.estimate.evaluations + found.failed_damaged.evaluations - 200
-    lines = (tmp_path / "7" / "walls.jsonl").read_text()
+    lines = (tmp_path / "4" / "walls.jsonl").read_text()
     old = "".join(json.dumps(json.loads(line)[:4]) + "\n" for line in lines.splitlines())
-    (tmp_path / "7" / "walls.jsonl").write_text(old)  # as earlier versions wrote it
+    (tmp_path / "4" / "walls.jsonl").write_text(old)  # as earlier versions wrote it
     with ThreadPoolExecutor(1) as executor:
-        assert rare_event(asked, ASKED, tmp_path / "7", samples=200, executor=executor).interval == found.interval
+        assert rare_event(asked, ASKED, tmp_path / "4", samples=200, executor=executor).interval == found.interval
 
 
 def test_invalid_requests_are_refused(tmp_path: Path) -> None:

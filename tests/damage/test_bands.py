@@ -94,8 +94,8 @@ TURN = 5e-3
 DRY = Joint(tensile_strength=0.0, cohesion=0.0)
 
 RULES = [
-    *({"quadrature": "lobatto", "contacts_per_interface": count} for count in range(2, 10)),
-    *({"quadrature": "midpoint", "contacts_per_interface": count} for count in range(2, 10)),
+    *({"quadrature": "lobatto", "contacts_per_interface": count} for count in (2, 3, 4, 9)),
+    *({"quadrature": "midpoint", "contacts_per_interface": count} for count in (2, 3, 4, 9)),
     *({"quadrature": "midpoint", "contacts_per_interface": 1, "no_tension_subdivisions": parts} for parts in (2, 4, 7)),
     {"quadrature": "midpoint", "contacts_per_interface": 2, "no_tension_subdivisions": 3},
     {"quadrature": "lobatto", "no_tension_subdivisions": 1},

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from damagepred.errors import InputError
-from damagepred.scene import Joint, Movement, Scene, Seasons
+from damagepred.scene import Movement, Scene, Seasons
 from damagepred.scene.assumed import assumed_seasons, assumed_slow_strains, ground_cautions, ground_line
 from damagepred.scene.plausibility import unlikely_values
 from damagepred.scene.what_moves import load_factors, turning_points, what_moves
@@ -204,7 +204,5 @@ def test_a_wrong_scene_has_its_sentence() -> None:
 
 
 def test_python_is_refused_as_a_file_is() -> None:
-    with pytest.raises(InputError, match=r"Scene: joint\.tensile_strength = 0\.453 Pa: must be 0, or at least"):
-        Scene(joint=Joint(tensile_strength=0.453))
     with pytest.raises(InputError, match=r"Scene: movement\.central_deflection = 0\.009: follows from"):
         Scene(movement=Movement(seasons=Seasons(years=2, swing=0.01), central_deflection=0.009))

@@ -157,9 +157,11 @@ def test_ferris_and_tin_loi(verify: Verify, method: str) -> None:
         )
         for method in ("explicit", "quasi_static")
         for i, (top, wall) in enumerate(WALLS)
+        if method == "quasi_static" or len(wall.blocks) < 30
     ],
 )
 def test_a_dry_wall_is_pushed_over(verify: Verify, wall: DryWall, top: float, method: str) -> None:
+    """The explicit solver takes minutes near the limit of more than 30 blocks."""
     solver = Solver(method=method, lump_block_elasticity=False)
     exact = limit(wall)
     words = "pushed sideways" if wall.push == "sideways" else "loaded by a share of its weight"
