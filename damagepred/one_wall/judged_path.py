@@ -138,7 +138,7 @@ def dynamic_run(model: Model, settings: Solver, dynamics: Dynamics) -> DynamicRu
 
     require_supported(model, settings, dynamics)
     initial = static_equilibrium(model, settings) if dynamics.start == "equilibrium" else None
-    return DynamicRun(model, dynamics, initial, SolverOptions.of(settings).dynamics)
+    return DynamicRun(model, dynamics, initial)
 
 
 def whole_interfaces(settings: Solver) -> Solver:
@@ -165,8 +165,7 @@ def matrix_bytes(model: Model, solver: Solver) -> int:
     from damagepred.solvers.symmetry import reduce_by_symmetry
     from damagepred.solvers.system.discrete_system import DiscreteSystem
 
-    options = SolverOptions.of(solver)
     half = reduce_by_symmetry(model) if solver.symmetric_half else None
     system = DiscreteSystem.of(half or model)
-    blocks = None if system.model.mesh is None else Superelements(system, options.newton.interior_tolerance)
-    return 8 * EliminationTree.of(system, blocks, options.linear_system).matrix_entries
+    blocks = None if system.model.mesh is None else Superelements(system)
+    return 8 * EliminationTree.of(system, blocks).matrix_entries

@@ -436,20 +436,20 @@ class Movement:
         """Whether the ground also moves along the wall."""
         return self.shape == "trough" or bool(self.horizontal)
 
-    def horizontal_profile(self, position: FloatArray, length: float, load_factor: float = 1.0) -> FloatArray:
-        """Displacement of the ground to the right (m).
+    def horizontal_profile(self, position: FloatArray, length: float) -> FloatArray:
+        """Displacement of the ground to the right at full movement (m).
 
         Parameters
         ----------
-        position, length, load_factor
+        position, length
             Same as for ``profile``.
         """
-        x, size = np.asarray(position, dtype=np.float64), load_factor * self.size
+        x = np.asarray(position, dtype=np.float64)
         if self.shape == "trough":
-            return self.profile(x, length, load_factor) * (x - axis(self, length)) / trough(self)[1]
+            return self.profile(x, length) * (x - axis(self, length)) / trough(self)[1]
         if not self.horizontal:
             return np.zeros_like(x)
-        return self.sign * size * through_points(self.horizontal, x / length) / self._table_size
+        return self.sign * self.size * through_points(self.horizontal, x / length) / self._table_size
 
     def measures(self, length: float, gauge: float) -> dict[str, float]:
         """Settlement of the ground and the measures of its distortion, by the names of their variables.

@@ -20,9 +20,12 @@ from damagepred.assembly.joint_creep import Pair
 from damagepred.assembly.model import Ground
 from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
-from damagepred.solvers.options import DEFAULTS, CreepOptions
+from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.state.increment import Increment, PathEnd
 from damagepred.solvers.system.footing_forces import outer_support_loads
+
+MAX_TRIALS = 40
+"""Points of the path tried in the search for zero support load."""
 
 
 def least_support_load(model: Model, jack_load: float, sigma: FloatArray) -> float:
@@ -91,13 +94,13 @@ class LoadPath:
     _units: _UnitsInStep | None = field(default=None, init=False)
 
     @classmethod
-    def of(cls, model: Model, increments: int, creep: CreepOptions) -> LoadPath:
+    def of(cls, model: Model, increments: int, longest_step: float) -> LoadPath:
         """Path of a model."""
         imposed = model.ground if isinstance(model.ground, ImposedHistory) else None
         coordinates: FloatArray = np.arange(increments + 1) / increments
         if model.history is not None:
             coordinates = model.history.load_factors if imposed is None else imposed.coordinates
-        return cls([float(coordinate) for coordinate in coordinates], imposed, creep.longest_step)
+        return cls([float(coordinate) for coordinate in coordinates], imposed, longest_step)
 
     def steps(self, number: int) -> list[float]:
         """Coordinates at the ends of the steps of an increment: one step unless joints creep fast."""
@@ -166,7 +169,6 @@ class Bracket(NamedTuple):
 
     support_load: float  # counts as zero (N)
     load_factor: float  # bracket at zero support load
-    max_iterations: int  # of the search for zero support load
     collapse: float | None = None  # bracket of collapse under live load; None: the steps locate it
 
 
@@ -212,7 +214,10 @@ class Stepper(Protocol[CheckpointT]):
 
 
 def follow_movement(
-    stepper: Stepper[CheckpointT], model: Model, increments: int, creep: CreepOptions = DEFAULTS.creep
+    stepper: Stepper[CheckpointT],
+    model: Model,
+    increments: int,
+    longest_step: float = DEFAULTS.creep.longest_step,
 ) -> Iterator[Increment]:
     """Increments of the movement, first the state under dead load; histories replace the number of increments."""
     jacks = model.jacks
@@ -220,7 +225,7 @@ def follow_movement(
     # where bonds break, the load of a test falls to zero from above
     nothing = stepper.bracket.support_load if begins_later else 0.0
     bisects = stepper.bracket.collapse is not None and bool(model.supports.live_load.any())
-    along = LoadPath.of(model, increments, creep)
+    along = LoadPath.of(model, increments, longest_step)
     path = along.coordinates
     for number, load_factor in enumerate(path):
         stepper.begin_increment(number)
@@ -273,7 +278,7 @@ def _locate_zero_support_load(
         tolerance=stepper.bracket.support_load,
         bracket=stepper.bracket.load_factor,
     )
-    for _ in range(stepper.bracket.max_iterations):
+    for _ in range(MAX_TRIALS):
         if search.converged:
             return outcome
         load_factor = search.next_trial()

@@ -152,7 +152,7 @@ def test_beyond_a_jump_an_overloaded_middle_fails_without_shorter_steps(mode, sh
     monkeypatch.setattr(path.equilibrium, "event_share", lambda state, aim: 0.5)
     monkeypatch.setattr(path, "_commit_within_energy_error", lambda *step: True)
     monkeypatch.setattr(path, "_redistribute_failures", lambda state, ratio: (state, 0.0))
-    control = StepControl.start(path.state, (path.state.load, 1.0), path.options, False)
+    control = StepControl.start(path.state, (path.state.load, 1.0), False)
     target = path.state.load, share * control.shortest_halved_step
     distant = path.state.at(*target)
     state, _, _ = path._end_step(path.state, target, _Trial(distant, 0.0, path.state), control)

@@ -5,7 +5,8 @@ import pytest
 
 from damagepred.assembly.section import SectionMemory, _second_moments, concrete_sections
 from damagepred.errors import InputError
-from damagepred.kernels.concrete_section.law import BRANSON, moment_curvature_diagram
+from damagepred.kernels.concrete_section.law import BRANSON, commit_section, section_response
+from damagepred.kernels.jit import kernel
 from damagepred.scene import Footing, ReinforcedConcrete
 
 
@@ -20,6 +21,49 @@ def cracking_moment(footing, axial_force=0.0):
         return float(sections.cracking_moment[0])
     moments = [(1.0 - by[0] * axial_force) / by[1] for by in (sections.pull[0, 1], sections.wires_pull[0, 1])]
     return float(max(0.0, min(moments)) * footing.depth)
+
+
+@kernel
+def moment_curvature_diagram(sections, memory, curvature, axial_force, strains, moments):
+    """Fill strains and moments of section 0 at rising curvature and constant axial force, and commit each state."""
+    strain = 0.0
+    axial = sections.axial_stiffness[0]
+    for i in range(curvature.size):
+        # N grows with the strain: bracketed Newton iterations
+        force, _, slope, _, _, _ = section_response(sections, 0, memory, strain, curvature[i])
+        low, high = strain, strain
+        width = 1e-6 + abs(axial_force - force) / axial
+        while force > axial_force:
+            high = low
+            low -= width
+            width *= 2.0
+            force, _, slope, _, _, _ = section_response(sections, 0, memory, low, curvature[i])
+        width = 1e-6 + abs(axial_force - force) / axial
+        force, _, slope, _, _, _ = section_response(sections, 0, memory, high, curvature[i])
+        while force < axial_force:
+            low = high
+            high += width
+            width *= 2.0
+            force, _, slope, _, _, _ = section_response(sections, 0, memory, high, curvature[i])
+        strain = low if low == high else 0.5 * (low + high)
+        for _ in range(200):
+            force, _, slope, _, _, _ = section_response(sections, 0, memory, strain, curvature[i])
+            if force > axial_force:
+                high = strain
+            else:
+                low = strain
+            excess = force - axial_force
+            step = excess / slope if slope > 0.0 else 0.0
+            if abs(excess) <= 1e-12 * axial * (abs(strain) + abs(curvature[i]) * sections.depth[0]):
+                break
+            if high - low <= 1e-15 * (abs(low) + abs(high)):
+                break
+            strain -= step
+            if not low < strain < high or step == 0.0:
+                strain = 0.5 * (low + high)
+        _, moments[i], _, _, _, _ = section_response(sections, 0, memory, strain, curvature[i])
+        strains[i] = strain
+        commit_section(sections, 0, memory, strain, curvature[i])
 
 
 def moment_curvature(footing, curvature):

@@ -6,15 +6,14 @@ from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
 from damagepred.kernels.equilibrium.joints import JointArrays
 from damagepred.kernels.joint.parameters import JointParameters, joint_parameters
-from damagepred.kernels.joint.return_mapping import ReturnMapping
 
 Strength = tuple[float, float, float]
 
 
-def joint_arrays(model: Model, options: ReturnMapping) -> JointArrays:
+def joint_arrays(model: Model, general: bool | None = True) -> JointArrays:
     records = model.interface_records
     contacts = records.edge, records.contact_offset, records.contact_area, records.elastic
-    return JointArrays(*contacts, model.joint_parameters, options, 0.0, model.block_stress)
+    return JointArrays(*contacts, model.joint_parameters, general, 0.0, model.block_stress)
 
 
 def one_joint(

@@ -8,16 +8,12 @@ import pytest
 from damagepred.arrays import FloatArray
 from damagepred.kernels.equilibrium import newton
 from damagepred.kernels.equilibrium.line_search import line_search
-from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.quasi_static.residual import _parameters_of
 
 STEPS = SimpleNamespace(residual=lambda wall, state, *values: wall.residual(*values))
 
 
 class Spring:
     """A wall that is a spring under a load of 1 N that pulls it by ``rest``; longer than ``limit`` it has no force."""
-
-    parameters = _parameters_of(DEFAULTS, 1e-9)
 
     def __init__(self, rest: float, limit: float = np.inf) -> None:
         self.rest, self.limit, self.evaluations = rest, limit, 0
@@ -58,7 +54,7 @@ class SlidingPart:
     Without the stop the tangent is the regularisation alone.
     """
 
-    parameters, regularisation, stiffness, deflection = _parameters_of(DEFAULTS, 1e-9), 0.1, None, np.nan
+    tolerance, line_search_iterations, regularisation, stiffness, deflection = 1e-9, 40, 0.1, None, np.nan
 
     def __init__(self, distance: float) -> None:
         self.distance, self.iterations, self.room = distance, 0, np.empty((4, 1))

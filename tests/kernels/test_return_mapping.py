@@ -23,7 +23,6 @@ from damagepred.kernels.joint.return_mapping import (
 )
 from damagepred.kernels.joint.softening import Softening
 from damagepred.scene import Solver
-from damagepred.solvers.options import ReturnMappingOptions
 from damagepred.solvers.state.wall_state import JointHistory
 from tests.kernels.one_joint import joint_arrays
 
@@ -32,7 +31,6 @@ contact_stresses, joint_forces, update_tresca_bounds = (
 )
 commit_joint_history = kernel(commit.commit_joint_history)
 K_N, K_S = 82e9, 36e9
-OPTIONS = ReturnMappingOptions().for_kernels()
 COUNT = 1500
 CYCLES = 3000
 ALL = "everything"
@@ -105,7 +103,7 @@ def evaluate(joints, cracked, kappa, e, shear):
     """Return the result of ``return_mapping`` for each joint, (count, 9)."""
     found = np.empty((e.size, 9))
     for i in range(e.size):
-        found[i] = np.array(return_mapping(joints[i], cracked[i], kappa[i], e[i], shear[i], OPTIONS))
+        found[i] = np.array(return_mapping(joints[i], cracked[i], kappa[i], e[i], shear[i]))
     return found
 
 
@@ -114,7 +112,7 @@ def evaluate_tresca(joints, cracked, kappa, bound, e, shear):
     found = np.empty((e.size, 6))
     for i in range(e.size):
         p = joints[i]
-        found[i] = np.array(general_tresca_return(p, cracked[i], kappa[i], bound[i], e[i], shear[i], OPTIONS))
+        found[i] = np.array(general_tresca_return(p, cracked[i], kappa[i], bound[i], e[i], shear[i]))
     return found
 
 
@@ -194,7 +192,7 @@ def test_never_outside_the_limits(feature: str) -> None:
 def evaluate_plain(joints, cracked, e, shear):
     found = np.empty((e.size, 9))
     for i in range(e.size):
-        found[i] = np.array(plain_return(joints[i], cracked[i], e[i], shear[i], OPTIONS))
+        found[i] = np.array(plain_return(joints[i], cracked[i], e[i], shear[i]))
     return found
 
 
@@ -223,8 +221,8 @@ def test_joints_with_more_to_their_law_are_not_plain(feature: str) -> None:
     more = np.isfinite(joints.compressive_strength) | (joints.dilation > 0)
     more |= (joints.critical_opening > 0) | (joints.residual_tensile_strength > 0)
     np.testing.assert_array_equal(plain, ~more)
-    assert ReturnMappingOptions().for_kernels(parameters).general
-    assert ReturnMappingOptions().for_kernels(parameters[plain]).general is None
+    assert not all_plain(parameters)
+    assert all_plain(parameters[plain])
 
 
 def slopes_by_difference(stresses, e, shear, step):
@@ -308,7 +306,7 @@ def moved(model: Model, rng: np.random.Generator) -> np.ndarray:
 
 def stresses_of(model: Model, history: JointHistory, displacement: np.ndarray) -> tuple[np.ndarray, ...]:
     opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
-    contact_stresses(joint_arrays(model, OPTIONS), model.ground.at(0.0), history, displacement, opening, sigma, tau)
+    contact_stresses(joint_arrays(model), model.ground.at(0.0), history, displacement, opening, sigma, tau)
     return sigma, tau
 
 
@@ -329,7 +327,7 @@ def test_a_committed_state_stays(feature: str) -> None:
     before = stresses_of(model, history, displacement)
     arguments = (
         everything,
-        joint_arrays(model, OPTIONS),
+        joint_arrays(model),
         model.ground.at(0.0),
         history,
         displacement,
@@ -353,15 +351,11 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
     model, history, displacement = random_wall(feature, 8)
     everything, shape = np.arange(len(model.interfaces.x)), model.interfaces.contact_area.shape
     tresca = (np.full(shape, NO_LIMIT), history.dilatant_opening.copy(), history.kappa.copy())
-    update_tresca_bounds(
-        everything, joint_arrays(model, OPTIONS), model.ground.at(0.0), history, displacement, tresca, 1.0
-    )
+    update_tresca_bounds(everything, joint_arrays(model), model.ground.at(0.0), history, displacement, tresca, 1.0)
 
     def forces(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         force, stiffness = np.zeros(len(at)), np.zeros((shape[0], 9))
-        joint_forces(
-            everything, joint_arrays(model, OPTIONS), model.ground.at(0.0), history, tresca, live, at, force, stiffness
-        )
+        joint_forces(everything, joint_arrays(model), model.ground.at(0.0), history, tresca, live, at, force, stiffness)
         return force, stiffness
 
     force, stiffness = forces(displacement)

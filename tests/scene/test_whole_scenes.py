@@ -121,7 +121,7 @@ def test_a_scene_is_its_list(name: str) -> None:
         parts |= parts_of(turning_points(scene.ground_rise(x, factor)), f"ground.turns {factor:g}")
     if movement.prescribed and movement.shape != "loads":
         parts |= parts_of([movement.profile(x, length, f) for f in (0.4, 1.0)], "movement.profile")
-        parts |= parts_of([movement.horizontal_profile(x, length, f) for f in (0.4, 1.0)], "movement.horizontal")
+        parts |= parts_of([f * movement.horizontal_profile(x, length) for f in (0.4, 1.0)], "movement.horizontal")
         parts |= parts_of(movement.measures(length, 0.24), "movement.measures")
     if movement.shape == "mound":
         mound, kind = scene.mound, movement.kind

@@ -11,9 +11,9 @@ from damagepred import BlockMaterial, Footing, Joint, Movement, Rig, Scene, Solv
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.solvers import solve_path
-from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
+from damagepred.solvers.quasi_static.step_control import COLLAPSE_BRACKET
 from damagepred.solvers.system.collapse_criterion import detached_blocks, largest_elastic_displacement
 
 METHODS = pytest.mark.parametrize("method", ["quasi_static", "explicit"])
@@ -77,7 +77,6 @@ def test_a_wall_that_balances_too_far_away_stood_an_increment_before() -> None:
     assert ds["unbalanced_force_ratio"].values[-1] < 1e-6
 
 
-CONTROL = DEFAULTS.continuation
 DRY = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.75)
 
 
@@ -125,7 +124,7 @@ def test_the_bracket_ends_where_a_wall_stands_in_smaller_steps(monkeypatch: pyte
     monkeypatch.setattr(path, "snap_through", fall_once)
     monkeypatch.setattr(Equilibrium, "find", not_before)
     assert path.advance(1.0, 1.0) == np.inf
-    assert fell[0] - CONTROL.collapse_bracket <= path.last_stable_load_factor <= fell[0]
+    assert fell[0] - COLLAPSE_BRACKET <= path.last_stable_load_factor <= fell[0]
     assert path.state.load_factor == fell[0]
 
 

@@ -14,10 +14,11 @@ from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ContactState
 from damagepred.errors import ConvergenceError
+from damagepred.kernels.equilibrium.predictor import EVENT_TOLERANCE, OVERLOAD_TOLERANCE
 from damagepred.scene import BlockMaterial, Joint, Loads, Movement, Scene, Solver, Wall
 from damagepred.solvers import solve_path
-from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.continuation import Continuation
+from damagepred.solvers.quasi_static.dynamic_relaxation import FALLBACK_RESIDUAL_TOLERANCE
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.quasi_static.stepper import quasi_static_path
 from damagepred.solvers.state.wall_state import State
@@ -25,7 +26,6 @@ from tests.properties.statics import unbalanced
 from tests.properties.test_quasi_static_laws import random_wall
 from tests.solvers.walls import small_scene
 
-CONTROL = DEFAULTS.continuation
 QUASI_STATIC = Solver(blocks="rigid")
 WHOLE = Solver(blocks="rigid", symmetric_half=False)
 WEAK = Joint(tensile_strength=0.1e6, cohesion=0.1e6)
@@ -81,7 +81,7 @@ def test_a_bond_breaks_at_the_movement_that_reaches_its_strength(monkeypatch, in
     assert progress == pytest.approx(0.62, rel=0.01)
     assert progress >= 0.62 * (1 - 1e-4)
     assert int(load.max(axis=1).argmax()) == interface
-    assert 1.0 + CONTROL.overload_tolerance < load.max() <= 1.0 + CONTROL.event_tolerance
+    assert 1.0 + OVERLOAD_TOLERANCE < load.max() <= 1.0 + EVENT_TOLERANCE
     assert (np.flatnonzero((last.state == ContactState.CRACKED).any(axis=1)) == [interface]).all()
 
 
@@ -166,7 +166,7 @@ def test_a_wall_whose_residual_stays_large_is_refused(monkeypatch: pytest.Monkey
     briefly = replace(WHOLE, advanced={"dynamic_relaxation": {"max_cycles": 5_000}})
     monkeypatch.setattr(Equilibrium, "find", lambda self, state, start=None, near=False: 1.0)
     monkeypatch.setattr(
-        Equilibrium, "find_nearby", lambda self, state: (1.01 * CONTROL.fallback_residual_tolerance, state.displacement)
+        Equilibrium, "newton", lambda self, state, start: (state.displacement, 1.01 * FALLBACK_RESIDUAL_TOLERANCE)
     )
     with pytest.raises(ConvergenceError, match="no equilibrium found"):
         list(quasi_static_path(model, briefly, scene.movement.increments))

@@ -19,12 +19,13 @@ from damagepred.results.rejudge import footing_gap_note
 from damagepred.scene import Damage, Dpc, Footing, Joint, Movement, Scene, Solver, Wall
 from damagepred.solvers import solve_path
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
-from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.step_control import (
+    COLLAPSE_BRACKET,
     DISTANT_STEP_GROWTH,
     EVENT_STEP_GROWTH,
     MAX_EVENT_CUTS,
+    MAX_HALVINGS,
     MAXIMUM_EVENT_SHARE,
     MINIMUM_EVENT_SHARE,
     MINIMUM_EVENT_STEP,
@@ -74,14 +75,13 @@ def test_few_increments_follow_a_dry_wall_over_a_gap_as_many_do_and_cost_less() 
     assert iterations == sorted(iterations)
 
 
-OPTIONS = DEFAULTS.continuation
 GOAL = (1.0, 0.2)
 
 
 def started(locates_collapse: bool = False) -> tuple[StepControl, State]:
     """Return the step control of an increment from dead load to 20 % of the movement."""
     state = replace(State.rest(stack(2, Solver())), load=1.0)
-    return StepControl.start(state, GOAL, DEFAULTS, locates_collapse), state
+    return StepControl.start(state, GOAL, locates_collapse), state
 
 
 def load_factor(target: tuple[float, float]) -> float:
@@ -92,19 +92,19 @@ def load_factor(target: tuple[float, float]) -> float:
 def test_an_increment_starts_with_its_goal_and_limits_in_proportion() -> None:
     control, state = started()
     assert control.target(state) == GOAL
-    assert control.minimum_step == 0.2 / 2**OPTIONS.max_halvings
+    assert control.minimum_step == 0.2 / 2**MAX_HALVINGS
     assert control.minimum_event_step == 0.2 * MINIMUM_EVENT_STEP
     assert control.collapse_bracket >= control.minimum_step
-    assert started(locates_collapse=True)[0].collapse_bracket == OPTIONS.collapse_bracket
+    assert started(locates_collapse=True)[0].collapse_bracket == COLLAPSE_BRACKET
 
 
 def test_steps_without_equilibrium_are_halved_until_they_are_too_short() -> None:
     control, state = started()
     target, halvings = GOAL, 0
-    while control.may_halve(target[1], allowed=OPTIONS.max_halvings):
+    while control.may_halve(target[1], allowed=MAX_HALVINGS):
         control.halve_step(state, target)
         target, halvings = control.target(state), halvings + 1
-    assert halvings == OPTIONS.max_halvings
+    assert halvings == MAX_HALVINGS
     assert load_factor(target) == 0.2 / 2**halvings
     assert not started()[0].may_halve(0.2, allowed=0)
     control.accept_step(target)
@@ -162,9 +162,9 @@ def test_collapse_is_bracketed_from_both_sides() -> None:
     control.reject_target((1.0, 0.1))
     control.bracket_collapse((1.0, 0.1), state.copy(), 0.7)
     assert (control.collapsed_state.load_factor, control.collapse_residual, control.rejected_target) == (0.1, 0.7, None)
-    assert control.minimum_step == OPTIONS.collapse_bracket
+    assert control.minimum_step == COLLAPSE_BRACKET
     assert load_factor(control.target(state)) == 0.05
-    state.load_factor = 0.1 - 0.9 * OPTIONS.collapse_bracket
+    state.load_factor = 0.1 - 0.9 * COLLAPSE_BRACKET
     assert control.has_located_collapse(state)
 
 
@@ -199,7 +199,7 @@ class Scripted:
     collapses_at: float = np.inf
     unloads_at: float = np.inf
     hesitates: tuple[float, float] = (np.inf, np.inf)
-    bracket: Bracket = field(default_factory=lambda: Bracket(1e-9, 1e-9, 40, 1e-3))
+    bracket: Bracket = field(default_factory=lambda: Bracket(1e-9, 1e-9, 1e-3))
     load_factor: float = 0.0
     tried: list[float] = field(default_factory=list)
     number: int = -1
@@ -252,7 +252,7 @@ def test_collapse_is_bisected_under_live_load_alone() -> None:
     assert (last.number, last.load_factor, last.end.last_stable_load_factor) == (3, 0.75, 0.5)
     last = list(follow_movement(Scripted(collapses_at=0.6), wall(live=True), 4))[-1]
     assert last.end.last_stable_load_factor <= 0.6 < last.load_factor <= last.end.last_stable_load_factor + 1e-3
-    located = Scripted(collapses_at=0.6, bracket=Bracket(1e-9, 1e-9, 40))
+    located = Scripted(collapses_at=0.6, bracket=Bracket(1e-9, 1e-9))
     assert list(follow_movement(located, wall(live=True), 4))[-1].load_factor == 0.75
 
 

@@ -14,7 +14,6 @@ from damagepred.solvers.dynamics.base_motion import base_displacement, from_reco
 from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import motion_of
 from damagepred.solvers.dynamics.contact_search import neighbour_list, world_coordinates
-from damagepred.solvers.options import DEFAULTS
 from tests.assembly.reference import voronoi
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, dry, stack, started
 
@@ -31,7 +30,7 @@ def cells(shift: float = 0.0) -> Assembly:
 
 def test_neighbours_are_those_of_a_search_of_all_pairs() -> None:
     model = cells().build(STIFF)
-    scene = body_arrays(model, ORIGIN, DEFAULTS.dynamics)
+    scene = body_arrays(model, ORIGIN)
     motion = motion_of(model, ORIGIN)
     random = np.random.default_rng(3)
     motion.displacement[:-1] = 0.2 * random.standard_normal((model.n_blocks, 3))
@@ -39,7 +38,7 @@ def test_neighbours_are_those_of_a_search_of_all_pairs() -> None:
 
     update_poses(motion)
     margin = 0.03
-    near = neighbour_list(scene, motion.pose, margin, DEFAULTS.dynamics.wide_block_ratio)
+    near = neighbour_list(scene, motion.pose, margin)
     at = world_coordinates(motion.pose, scene.points["body"], scene.points["x"], scene.points["y"])
     edges = scene.edges
     c, s = motion.pose[edges["body"], 2], motion.pose[edges["body"], 3]

@@ -112,9 +112,10 @@ def test_a_wall_that_hardly_moves_is_searched_once() -> None:
     )
 
 
-def test_the_skin_of_the_neighbour_list_changes_nothing() -> None:
+def test_the_skin_of_the_neighbour_list_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     near = run(table(), 0.5, 5, **GENTLE)
-    far = run(table(), 0.5, 5, replace(STIFF, advanced={"dynamics": {"skin": 0.5}}), **GENTLE)
+    monkeypatch.setattr("damagepred.solvers.dynamics.run.SKIN", 0.5)
+    far = run(table(), 0.5, 5, **GENTLE)
     assert far["searches"].values[-1] < near["searches"].values[-1]
     np.testing.assert_array_equal(near["block_displacement_x"].values, far["block_displacement_x"].values)
 

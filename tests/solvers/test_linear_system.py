@@ -1,8 +1,7 @@
 """Multifrontal solution with Woodbury corrections, compared with a direct solution."""
 
+from collections import deque
 from collections.abc import Iterator
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,8 +15,8 @@ from damagepred.kernels.jit import kernel
 from damagepred.kernels.linear import dense
 from damagepred.kernels.linear.condensation import recover, subtract_boundary_forces
 from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
-from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.quasi_static.linear_system import INVERSION_PANEL, SINGULAR_PIVOT_RATIO, MultifrontalSystem
+from damagepred.solvers.quasi_static import elimination_tree
+from damagepred.solvers.quasi_static.linear_system import REGULARISATION, MultifrontalSystem
 from damagepred.solvers.symmetry import reduce_by_symmetry
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
@@ -96,7 +95,7 @@ class Reference:
         self.free = DiscreteSystem.of(model).free_dofs
         matrix = assembled(model, stiffness)
         if regularised:
-            hold = DEFAULTS.linear_system.regularisation * assembled(model, equations.elastic).diagonal()
+            hold = REGULARISATION * assembled(model, equations.elastic).diagonal()
             matrix = matrix + sparse.diags_array(hold)
         self.matrix = matrix[self.free][:, self.free].tocsc()
 
@@ -177,9 +176,12 @@ WALLS = {
 }
 
 
-def equations_of(model: Model, **options: Any) -> MultifrontalSystem:
-    elastic = of_contacts(model, elastic_slopes(model))
-    return MultifrontalSystem(DiscreteSystem.of(model), elastic, options=replace(DEFAULTS.linear_system, **options))
+def equations_of(model: Model, dissected_size: int = elimination_tree.DISSECTED_SIZE) -> MultifrontalSystem:
+    elastic, system = of_contacts(model, elastic_slopes(model)), DiscreteSystem.of(model)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(elimination_tree, "DISSECTED_SIZE", dissected_size)
+        patch.setattr(elimination_tree, "_recent", deque(maxlen=2))
+        return MultifrontalSystem(system, elastic)
 
 
 def random_force(model: Model, rng: np.random.Generator) -> FloatArray:
@@ -336,7 +338,7 @@ def test_condensed_fronts_are_equivalent_to_active_ones(name: str) -> None:
     equations, load = equations_of(model, dissected_size=12), load_of(model)
     corrections = 0
     for _ in range(8):
-        superelement = equations.condense(few_fronts(equations, rng), load)
+        superelement = equations.condense(few_fronts(equations, rng), load, 0.0 * load)
         inside = equations.active.interfaces
         for turn in range(4):
             which = rng.choice(inside, size=min(3, len(inside)), replace=False) if turn else inside[:0]
@@ -365,7 +367,7 @@ def test_the_force_at_the_boundary_is_that_of_the_condensed_fronts(name: str) ->
     rng, model = np.random.default_rng(22), WALLS[name]()
     equations, load = equations_of(model, dissected_size=12), load_of(model)
     for _ in range(4):
-        superelement = equations.condense(few_fronts(equations, rng), load)
+        superelement = equations.condense(few_fronts(equations, rng), load, 0.0 * load)
         moved = np.zeros(len(load))
         moved[equations.active.dofs] = rng.normal(size=len(equations.active.dofs)) * 1e-5
         share = 0.4
@@ -395,7 +397,7 @@ def test_uncondensing_and_condensing_again() -> None:
         fronts = few_fronts(equations, rng) | (turn % 6 == 5)
         if turn % 3:
             fronts |= equations.active.fronts
-        held = equations.condense(fronts, load)
+        held = equations.condense(fronts, load, 0.0 * load)
         assert (held is not None) is not bool(fronts.all())
         for _ in range(3):
             some = rng.choice(equations.active.interfaces, size=min(8, len(equations.active.interfaces)), replace=False)
@@ -420,7 +422,7 @@ def test_fronts_without_support_from_active_ones_are_not_condensed() -> None:
     equations = equations_of(model, dissected_size=3)
     root = np.zeros(equations.tree.count, dtype=np.bool_)
     root[0] = True
-    assert not equations.condense(root, load_of(model))
+    assert not equations.condense(root, load_of(model), 0.0 * load_of(model))
     assert equations.active.fronts.all()
 
 
@@ -431,7 +433,7 @@ def invert(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray) -> float:
     """Invert as the solver does: column by column in flat arrays, a corner of the front."""
     size = len(matrix)
     front, flat = np.pad(matrix, (0, 3), constant_values=np.nan), np.empty(matrix.size)
-    workspace = dense.dense_workspace(size, INVERSION_PANEL, SINGULAR_PIVOT_RATIO)
+    workspace = dense.dense_workspace(size)
     ratio = INVERT(workspace, size, len(front), front.T.ravel(), symmetric, flat)
     inverse[:] = flat.reshape(size, size).T
     return float(ratio)
@@ -465,7 +467,7 @@ def test_inverse(size: int, kind: str) -> None:
 
 @pytest.mark.parametrize("corner", [0.0, 1e-14])
 def test_blocks_without_inverse_of_a_matrix_that_has_one(corner: float) -> None:
-    size = INVERSION_PANEL
+    size = dense.INVERSION_PANEL
     unit = np.eye(size)
     matrix = np.block([[corner * unit, unit], [2.0 * unit, made(size, "skew")]])
     inverse = np.empty_like(matrix)

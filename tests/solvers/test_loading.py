@@ -9,7 +9,7 @@ import damagepred
 from damagepred import Assembly, BlockMaterial, InputError, Joint, Solver
 from damagepred.assembly.assembly import rectangle
 from damagepred.solvers import solve_path
-from damagepred.solvers.options import DEFAULTS
+from damagepred.solvers.quasi_static.step_control import COLLAPSE_BRACKET
 from damagepred.solvers.symmetry import reduce_by_symmetry
 from tests.verification.test_energy_accounts import brickwork
 
@@ -43,7 +43,7 @@ def test_a_pushed_block_slides_at_the_friction_angle(solver: Solver, increments:
     assert ds.attrs["status"] == "collapsed"
     gap = ds.attrs["collapse_progress_uncertainty"]
     # so near its limit load the explicit solver may find neither collapse nor equilibrium
-    assert 0 < gap <= (5e-3 if solver.method == "explicit" else DEFAULTS.continuation.collapse_bracket * 1.0001)
+    assert 0 < gap <= (5e-3 if solver.method == "explicit" else COLLAPSE_BRACKET * 1.0001)
     assert ds.attrs["collapse_progress"] - gap < 0.6 < ds.attrs["collapse_progress"] + 2 * gap
     assert ds["progress"].values[-1] == pytest.approx(ds.attrs["collapse_progress"] + gap)
 

@@ -14,6 +14,7 @@ import damagepred
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.scene import Scene, Solver
+from damagepred.solvers.explicit.stepper import CHECK_INTERVAL, PASSED_CHECKS
 from damagepred.solvers.options import DEFAULTS, SolverOptions, option_classes, with_recorded_options
 from tests.solvers.walls import small_scene
 
@@ -24,11 +25,11 @@ def advanced(**tables: Any) -> Solver:
 
 def test_options_are_set_by_the_scene_file_and_written_back(tmp_path: Path) -> None:
     file = tmp_path / "wall.toml"
-    file.write_text("[solver.advanced.newton]\nmax_iterations = 80\n[solver.advanced.jacks]\nmax_iterations = 30\n")
+    file.write_text("[solver.advanced.newton]\nmax_iterations = 80\n[solver.advanced.creep]\nlongest_step = 0.05\n")
     scene = Scene.from_toml(file)
     options = SolverOptions.of(scene.solver)
-    assert (options.newton.max_iterations, options.jacks.max_iterations) == (80, 30)
-    assert options.coulomb == DEFAULTS.coulomb
+    assert (options.newton.max_iterations, options.creep.longest_step) == (80, 0.05)
+    assert options.linear_system == DEFAULTS.linear_system
     scene.to_toml(file)
     assert Scene.from_toml(file) == scene
     assert "advanced" not in Scene().to_toml()
@@ -41,8 +42,7 @@ def test_options_are_set_by_the_scene_file_and_written_back(tmp_path: Path) -> N
         ({"newton": {"max_iteration": 8}}, "unknown key [solver.advanced.newton] max_iteration; .*'max_iterations'?"),
         ({"newton": {"max_iterations": 0}}, "[solver.advanced.newton] max_iterations = 0: must be at least 1."),
         ({"newton": {"max_iterations": "many"}}, "[solver.advanced.newton] max_iterations = 'many': .*integer.*"),
-        ({"energy": {"safety": 2.5}}, "[solver.advanced.energy] safety = 2.5: must be at most 1."),
-        ({"coulomb": {"relaxation_factors": [1, -np.inf]}}, "[solver.advanced.coulomb] relaxation_factors, item 2 .*"),
+        ({"creep": {"longest_step": -0.5}}, "[solver.advanced.creep] longest_step = -0.5: must be greater than 0."),
     ],
 )
 def test_a_wrong_option_is_refused_in_one_sentence_before_anything_is_solved(tables, said, tmp_path) -> None:
@@ -65,7 +65,6 @@ def test_all_values_are_recorded_with_a_wall() -> None:
     ds = damagepred.solve(replace(small_scene(), solver=advanced(newton={"max_iterations": 17})))
     recorded = json.loads(ds.attrs["solver_options"])
     assert recorded["newton"]["max_iterations"] == 17
-    assert recorded["coulomb"]["relaxation_factors"] == list(DEFAULTS.coulomb.relaxation_factors)
     assert recorded.keys() == option_classes().keys()
 
 
@@ -73,8 +72,8 @@ def test_options_that_this_version_does_not_know_are_left_out() -> None:
     recorded = json.loads(DEFAULTS.to_json())
     recorded["newton"] |= {"of_old": 3, "max_iterations": 20}
     recorded["older"] = {"key": 1}
-    found = with_recorded_options(advanced(energy={"safety": 0.7}), json.dumps(recorded | {"energy": {}}))
-    assert found.advanced == {"energy": {"safety": 0.7}, "newton": {"max_iterations": 20}}
+    found = with_recorded_options(advanced(creep={"longest_step": 0.05}), json.dumps(recorded | {"creep": {}}))
+    assert found.advanced == {"creep": {"longest_step": 0.05}, "newton": {"max_iterations": 20}}
     assert with_recorded_options(Solver(), DEFAULTS.to_json()) == Solver()
 
 
@@ -89,23 +88,22 @@ def test_an_option_acts() -> None:
     np.testing.assert_allclose(without["contact_opening"], plain["contact_opening"], rtol=0, atol=2e-6)
 
 
-def test_options_of_the_explicit_solver_act() -> None:
+def test_shortest_increment_of_the_explicit_solver() -> None:
     """With a large tolerance each increment takes its ramp and the smallest number of convergence checks."""
-    options = {"check_interval": 7, "passed_checks": 2}
-    settings = Solver(method="explicit", tolerance=1e3, advanced={"explicit": options})
+    settings = Solver(method="explicit", tolerance=1e3)
     ds = damagepred.solve(small_scene(), solver=settings)
-    assert set(ds["cycles"].values[1:]) == {settings.ramp_cycles + 14}
+    assert set(ds["cycles"].values[1:]) == {settings.ramp_cycles + PASSED_CHECKS * CHECK_INTERVAL}
 
 
 def test_keys_of_older_versions_are_read_with_a_warning() -> None:
-    table = {"keep_unchanged_fronts": False, "call_overhead": 1e5, "dissected_size": 60}
-    settings = Solver(advanced={"linear_system": table, "mechanism": {"cycles": 100}})
+    table = {"keep_unchanged_fronts": False, "dissected_size": 60, "max_memory": 3.0}
+    settings = Solver(advanced={"linear_system": table, "coulomb": {"max_iterations": 100}})
     with pytest.warns(UserWarning, match="has no effect any more") as warned:
-        assert SolverOptions.of(settings).linear_system.dissected_size == 60
+        assert SolverOptions.of(settings).linear_system.max_memory == 3.0
     assert {str(w.message).removesuffix(" has no effect any more; leave it out") for w in warned} == {
         "[solver.advanced.linear_system] keep_unchanged_fronts",
-        "[solver.advanced.linear_system] call_overhead",
-        "[solver.advanced.mechanism]",
+        "[solver.advanced.linear_system] dissected_size",
+        "[solver.advanced.coulomb]",
     }
 
 

@@ -22,7 +22,6 @@ from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.driver import least_support_load
 from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import motion_of
-from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.state.wall_state import JointHistory, contact_states, without_bond
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, section_lengths, support_loads
@@ -232,7 +231,7 @@ def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:
     wall.set_joint(1, 2, other)
     wall.support(0)
     model = wall.build(STIFF)
-    laws = body_arrays(model, np.zeros(2), DEFAULTS.dynamics).laws.reshape(-1, 2)
+    laws = body_arrays(model, np.zeros(2)).laws.reshape(-1, 2)
     for i, joint in enumerate((worn, other)):
         k_n, k_s, psi = joint.normal_stiffness, joint.shear_stiffness, joint.dilation
         left = joint.residual_friction
@@ -272,7 +271,7 @@ def test_bare_faces_have_the_law_of_the_block_s_longest_joint() -> None:
         wall.add_block(rectangle(left, low, right, top))
     wall.set_joint(0, 1, Joint(friction=0.7))
     wall.support(0)
-    made = body_arrays(wall.build(STIFF), np.zeros(2), DEFAULTS.dynamics)
+    made = body_arrays(wall.build(STIFF), np.zeros(2))
     bare = made.points[made.points["status"] == FREE]
     friction = made.laws[bare["law"]]["friction"]
     for body, expected in ((0, 0.7), (1, 0.7), (2, 0.3)):

@@ -23,12 +23,11 @@ from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics.body_arrays import _spread
 from damagepred.solvers.explicit.jack_servo import GAIN_RATIO, LINE_STIFFNESS_RATIO, Pump
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
-from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.bond_failures import BondFailures
 from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.residual import JackControl
-from damagepred.solvers.quasi_static.step_control import EnergyControl
+from damagepred.solvers.quasi_static.step_control import next_length
 from damagepred.solvers.state.wall_state import JointHistory
 from damagepred.solvers.state.zone_history import zone_results
 from damagepred.solvers.system.collapse_criterion import largest_elastic_displacement
@@ -65,7 +64,7 @@ def test_length_of_the_next_step(error, section, largest, residual, damage, leng
     after = SimpleNamespace(
         energy_error=0.5 + error, section_error=0.25 + section, largest_work=largest, residual_work=residual
     )
-    found = EnergyControl(0.01).next_length(before, after, damage, 0.3)
+    found = next_length(0.01, before, after, damage, 0.3)
     assert found == pytest.approx(length)
 
 
@@ -137,7 +136,7 @@ def test_a_broken_bond_that_keeps_strength_closes_again_within_it(kept: float, c
     history = JointHistory.fresh(model)
     history.kappa[:] = np.inf
     stress = np.array([[-1.0, 0.9, 1.1]]) * kept
-    bonds = BondFailures(model, DEFAULTS.continuation, history)
+    bonds = BondFailures(model, history)
     assert bonds.reclose(history, stress / 2e9, np.array([[True, False, False]])) == bonds.can_reclose == closes
     assert (history.kappa == 0.0).tolist() == [[False, closes, False]]
 
@@ -202,8 +201,8 @@ def test_points_on_a_stretch_of_a_face() -> None:
     for first, last in ((False, False), (True, False), (False, True), (True, True)):
         rules = (begins if first else gauss, ends if last else gauss)
         expected = [(0.2 + 0.3 * (k + at), 0.3 * share) for k in range(2) for at, share in rules[k]]
-        np.testing.assert_allclose(_spread(0.2, 0.8, 0.3, first, last, 100), expected)
-    np.testing.assert_allclose(_spread(0.2, 0.5, 0.3, True, True, 100), [(0.2, 0.05), (0.35, 0.2), (0.5, 0.05)])
+        np.testing.assert_allclose(_spread(0.2, 0.8, 0.3, first, last), expected)
+    np.testing.assert_allclose(_spread(0.2, 0.5, 0.3, True, True), [(0.2, 0.05), (0.35, 0.2), (0.5, 0.05)])
 
 
 EXPLICIT = Solver(method="explicit", lump_block_elasticity=False, symmetric_half=False)
@@ -273,7 +272,7 @@ def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: fl
     displacement = np.zeros(model.size)
     displacement[3:9] = [2e-5, -3e-5, 3e-4, 1e-5, -9e-5, 4e-4]
     opening, sigma, tau = (np.zeros((2, 3)) for _ in range(3))
-    joints = joint_arrays(model, DEFAULTS.return_mapping.for_kernels())
+    joints = joint_arrays(model)
     kernel(contact_stresses)(joints, still, history, displacement, opening, sigma, tau)
     assert (opening[0] > 0.0).tolist().count(True) == 1
     limit = np.vstack((0.05e6 - 0.5 * 2e9 * opening[0], 0.3e6 - 0.8 * 2e9 * opening[1]))

@@ -11,8 +11,9 @@ from damagepred.enumerations import ZoneState
 from damagepred.kernels.equilibrium.joints import add_internal_forces
 from damagepred.solvers import solve_path
 from damagepred.solvers.driver import Outcome
+from damagepred.solvers.quasi_static import continuation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
-from damagepred.solvers.quasi_static.step_control import EnergyControl, StepControl
+from damagepred.solvers.quasi_static.step_control import StepControl
 from damagepred.solvers.quasi_static.stepper import QuasiStaticStepper
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import State
@@ -123,8 +124,8 @@ def test_zone_states_return_with_the_state_of_the_wall(leave: str, monkeypatch: 
     else:
         trial = path.state.at(1.0, 0.6)
         assert path.equilibrium.find(trial) < path.tolerance
-        control = StepControl.start(path.state, (1.0, 1.0), path.options, False)
-        monkeypatch.setattr(EnergyControl, "next_length", lambda *_: 0.0)
+        control = StepControl.start(path.state, (1.0, 1.0), False)
+        monkeypatch.setattr(continuation, "next_length", lambda *_: 0.0)
         assert not path._commit_within_energy_error(trial, 1.0, False, control)
     assert zone_state() == before
 

@@ -13,7 +13,7 @@ from damagepred.enumerations import ContactState
 from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import Dynamics, Joint, Rig, Solver
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.options import DEFAULTS
+from damagepred.solvers.explicit.stepper import CHECK_INTERVAL, PASSED_CHECKS
 from tests.properties.statics import unbalanced
 from tests.verification.test_energy_accounts import DRY, brickwork, on_jacks, uneven
 
@@ -185,6 +185,4 @@ def test_cycles_are_counted_increment_by_increment() -> None:
     """With next to no tolerance each takes its ramp and the least number of looks at the residual."""
     settings = replace(EXPLICIT, tolerance=1e3)
     path = list(solve_path(moved_wall(DRY), settings, 3))
-    assert [step.counters.cycles for step in path[1:]] == [
-        settings.ramp_cycles + DEFAULTS.explicit.check_interval * DEFAULTS.explicit.passed_checks
-    ] * 3
+    assert [step.counters.cycles for step in path[1:]] == [settings.ramp_cycles + CHECK_INTERVAL * PASSED_CHECKS] * 3

@@ -13,7 +13,7 @@ with F the flexibility of state I, S the forces of state II and r the largest te
 the wires cannot carry the tension that cracking concrete releases, r refers to the strength of the wires
 (``wires_pull``): the section would break at one crack, so its strength has no peak before. The unknowns are e2: S is
 explicit, integrated over the depth in closed form. Where beta < 1, zeta would jump from 0 to 1 - beta as the section
-cracks; it rises within ``cracking_ramp`` of r instead, so that forces are continuous.
+cracks; it rises within ``CRACKING_RAMP`` of r instead, so that forces are continuous.
 
 Each face has its own zeta: cracks in a pressed face are closed and do not count. Where both faces are pulled, the less
 pulled face counts in proportion; the same holds for the less pressed face where both are pressed (the two states then
@@ -36,16 +36,14 @@ CRACKED, BRANSON = 0, 1
 TOP, BOTTOM = 0, 1
 
 
-class CompatibilityOptions(NamedTuple):
-    """Options of the law of cracked sections."""
-
-    cracking_ramp: float = 0.05  # range of r above 1 in which cracks form where beta < 1
-    tolerance: float = 1e-12  # relative error of the deformation
-    max_newton_iterations: int = 25  # for the deformation of state II
-    max_bracketing_iterations: int = 100  # for zeta, where Newton's method fails
-
-
-OPTIONS = CompatibilityOptions()
+CRACKING_RAMP = 0.05
+"""Range of r above 1 in which cracks form where beta < 1 (1)."""
+TOLERANCE = 1e-12
+"""Relative error of the deformation (1)."""
+MAX_NEWTON_ITERATIONS = 25
+"""Iterations for the deformation of state II."""
+MAX_BRACKETING_ITERATIONS = 100
+"""Iterations for zeta, where Newton's method fails."""
 
 
 class Wire(NamedTuple):
@@ -210,49 +208,6 @@ def commit_earlier_moment(sections, memory):
         cracked[BOTTOM] = max(cracked[BOTTOM], _cracked_share(_cracking_ratio(bottom, 0.0, scaled)[0], beta)[0])
 
 
-@kernel
-def moment_curvature_diagram(sections, memory, curvature, axial_force, strains, moments):
-    """Fill strains and moments of section 0 at rising curvature and constant axial force, and commit each state."""
-    strain = 0.0
-    axial = sections.axial_stiffness[0]
-    for i in range(curvature.size):
-        # N grows with the strain: bracketed Newton iterations
-        force, _, slope, _, _, _ = section_response(sections, 0, memory, strain, curvature[i])
-        low, high = strain, strain
-        width = 1e-6 + abs(axial_force - force) / axial
-        while force > axial_force:
-            high = low
-            low -= width
-            width *= 2.0
-            force, _, slope, _, _, _ = section_response(sections, 0, memory, low, curvature[i])
-        width = 1e-6 + abs(axial_force - force) / axial
-        force, _, slope, _, _, _ = section_response(sections, 0, memory, high, curvature[i])
-        while force < axial_force:
-            low = high
-            high += width
-            width *= 2.0
-            force, _, slope, _, _, _ = section_response(sections, 0, memory, high, curvature[i])
-        strain = low if low == high else 0.5 * (low + high)
-        for _ in range(200):
-            force, _, slope, _, _, _ = section_response(sections, 0, memory, strain, curvature[i])
-            if force > axial_force:
-                high = strain
-            else:
-                low = strain
-            excess = force - axial_force
-            step = excess / slope if slope > 0.0 else 0.0
-            if abs(excess) <= 1e-12 * axial * (abs(strain) + abs(curvature[i]) * sections.depth[0]):
-                break
-            if high - low <= 1e-15 * (abs(low) + abs(high)):
-                break
-            strain -= step
-            if not low < strain < high or step == 0.0:
-                strain = 0.5 * (low + high)
-        _, moments[i], _, _, _, _ = section_response(sections, 0, memory, strain, curvature[i])
-        strains[i] = strain
-        commit_section(sections, 0, memory, strain, curvature[i])
-
-
 # -- Branson ----------------------------------------------------------------------------------------------------------
 
 
@@ -274,7 +229,7 @@ def _branson(sections, s, memory, curvature):
         more = (whole - cracked) * (first / moment) ** n
         step = (bent * (cracked + more) - moment) / (1.0 + bent * n * more / moment)
         moment += step
-        if abs(step) <= OPTIONS.tolerance * moment:
+        if abs(step) <= TOLERANCE * moment:
             break
     more = (whole - cracked) * (first / moment) ** n
     slope = (cracked + more) / (1.0 + bent * n * more / moment)
@@ -307,8 +262,8 @@ def _solve_compatibility(section, limits, first, strain, turn):
         section, limits, strain, turn, strain2, turn2
     )
     error = abs(gap1) + abs(gap2)
-    for _ in range(OPTIONS.max_newton_iterations):
-        if error <= OPTIONS.tolerance * scale:
+    for _ in range(MAX_NEWTON_ITERATIONS):
+        if error <= TOLERANCE * scale:
             return share, strain2, turn2, axial, moment
         j11, j12, j21, j22 = _jacobian(section, tangent, share, growth[0], growth[1], strain2, turn2, axial, moment)
         determinant = j11 * j22 - j12 * j21
@@ -329,7 +284,7 @@ def _solve_compatibility(section, limits, first, strain, turn):
             step2 *= 0.5
         if not error < before:
             break
-    if error <= 1e3 * OPTIONS.tolerance * scale:
+    if error <= 1e3 * TOLERANCE * scale:
         return share, strain2, turn2, axial, moment
     return _solve_bracketed(section, limits, strain, turn, scale)
 
@@ -351,7 +306,7 @@ def _solve_bracketed(section, limits, strain, turn, scale):
     low, high = 0.0, 1.0
     share, strain2, turn2, axial, moment = 1.0, strain, turn, 0.0, 0.0
     excess_low, excess_high, last = 0.0, 0.0, 0
-    for trial in range(OPTIONS.max_bracketing_iterations):
+    for trial in range(MAX_BRACKETING_ITERATIONS):
         if trial == 0:
             share = 1.0
         elif trial < 3 or trial % 3 == 0 or excess_low <= excess_high:
@@ -360,9 +315,7 @@ def _solve_bracketed(section, limits, strain, turn, scale):
             share = low + (high - low) * excess_low / (excess_low - excess_high)
             if not low < share < high:
                 share = 0.5 * (low + high)
-        strain2, turn2, axial, moment = _minimum_energy(
-            section, strain, turn, share, strain2, turn2, OPTIONS.tolerance * scale
-        )
+        strain2, turn2, axial, moment = _minimum_energy(section, strain, turn, share, strain2, turn2, TOLERANCE * scale)
         excess, _, _ = _share(section, limits, axial, moment)
         excess -= share
         if excess >= 0.0:
@@ -375,7 +328,7 @@ def _solve_bracketed(section, limits, strain, turn, scale):
             high, excess_high, last = share, excess, -1
             if trial == 0:
                 excess_low = 1.0
-        if abs(excess) <= OPTIONS.tolerance * share or high - low <= 1e-15 * high:
+        if abs(excess) <= TOLERANCE * share or high - low <= 1e-15 * high:
             break
     return share, strain2, turn2, axial, moment
 
@@ -458,10 +411,10 @@ def _cracked_share(ratio, beta):
     """Cracked share 1 - beta / r^2 and its slope, 0 for r <= 1; a ramp from r = 1 where beta < 1."""
     if ratio <= 1.0:
         return 0.0, 0.0
-    rising = (ratio - 1.0) / OPTIONS.cracking_ramp
+    rising = (ratio - 1.0) / CRACKING_RAMP
     share = 1.0 - beta / (ratio * ratio)
     if rising < share:
-        return rising, 1.0 / OPTIONS.cracking_ramp
+        return rising, 1.0 / CRACKING_RAMP
     return share, 2.0 * beta / (ratio * ratio * ratio)
 
 

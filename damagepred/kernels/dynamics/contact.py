@@ -33,6 +33,10 @@ from damagepred.kernels.jit import kernel, law, rule
 from damagepred.kernels.joint.explicit_update import explicit_update
 from damagepred.kernels.joint.limits import coulomb_limit
 
+FACING_COSINE = 0.1
+"""Cosine of the angle between two faces that touch, least to count as facing each other (1). 0.1 is 84 degrees."""
+CONTINUATION_COSINE = 0.7
+"""Cosine of the angle between two edges from which pressure and friction pass from one to the next (1)."""
 FREE, BONDED, TOUCHING = 0, 1, 2
 """Status of a point."""
 FRICTION, RELEASED, FRACTURE, DASHPOT, JOINT_TERMS = 0, 1, 2, 3, 4
@@ -90,7 +94,7 @@ def signed_distances(at_x, at_y, own_x, own_y, bodies, polygon, pose, strains):
         t_x, t_y = edges[e].along_x, edges[e].along_y
         distance = t_x * local_y - t_y * local_x
         looks = (cb * t_x - sb * t_y) * own_x + (sb * t_x + cb * t_y) * own_y
-        if looks < -bodies.facing_cosine:
+        if looks < -FACING_COSINE:
             if distance > faced:
                 faced, which = distance, e
         elif distance > others:
@@ -140,7 +144,7 @@ def _detect_contact(bodies, i, neighbours, pose, strains, pressed, sheared, old_
     _, _, _, _, along, gap, t_x, t_y = _edge_coordinates(bodies.points, i, bodies.edges, target, pose, strains)
     p.law = p.law | 1
     joint = bodies.laws[p.law]
-    continues = pressed < 0.0 and t_x * old_x + t_y * old_y > bodies.continuation_cosine
+    continues = pressed < 0.0 and t_x * old_x + t_y * old_y > CONTINUATION_COSINE
     p.target = target
     p.status = TOUCHING
     p.searched = 0

@@ -12,6 +12,9 @@ from damagepred.kernels.interface.residual import within_limit
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.linear.condensation import recover
 
+RATE_STEP = 1e-7
+"""Increment of the load factor for the rate of the forces (1)."""
+
 
 class Completed(NamedTuple):
     """Result of ``complete``, which kernels return as a plain tuple.
@@ -30,7 +33,7 @@ def store_tangent(wall, state, support_step, displacement):
     """Store the tangents of the last residual and the force per load factor in ``wall.tangent`` and ``wall.rate``.
 
     The last residual must be at ``displacement``. ``predict`` reads both. Where ground and supports move, or live
-    load acts in deformable blocks, the rate is a forward difference over ``wall.rate_step``: ``state.other_ground`` and
+    load acts in deformable blocks, the rate is a forward difference over ``RATE_STEP``: ``state.other_ground`` and
     ``support_step`` are the ground, and the movement of the prescribed degrees of freedom, after that step. The
     difference overwrites ``wall.stiffness`` of the moving interfaces; the next residual fills it again.
     """
@@ -49,10 +52,10 @@ def store_tangent(wall, state, support_step, displacement):
     copy(displacement, moved)
     for i in range(prescribed.size):
         moved[prescribed[i]] += support_step[i]
-    ahead = state.live + wall.rate_step
+    ahead = state.live + RATE_STEP
     internal_forces(components, state, state.other_ground, ahead, listed, True, False, moved, rate, stiffness)
     for i in range(rate.size):
-        rate[i] /= wall.rate_step
+        rate[i] /= RATE_STEP
 
 
 @kernel

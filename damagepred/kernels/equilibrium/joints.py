@@ -10,7 +10,6 @@ from damagepred.kernels.concrete_section.forces import commit_sections, section_
 from damagepred.kernels.equilibrium.wall import BOND_LOADS, CHECK_ELASTIC, FORCES, SECTION_FORCES, JointLaw
 from damagepred.kernels.interface import checks, commit, internal_force
 from damagepred.kernels.jit import kernel, law, phase, rule
-from damagepred.kernels.joint.return_mapping import ReturnMapping
 
 
 class _Sides(NamedTuple):
@@ -26,7 +25,7 @@ class JointArrays(NamedTuple):
     contact_area: NDArray[np.float64]
     elastic: _Sides | None
     properties: Any
-    options: ReturnMapping
+    general: bool | None  # None: all joints are plain (``is_plain``)
     no_strength: float
     block_stress: float
 
@@ -35,14 +34,13 @@ class JointArrays(NamedTuple):
 def _arrays_of(joints, general, elastic):
     """``JointArrays`` of a wall; ``general`` and ``elastic`` as in ``joint_steps``."""
     sides = None if elastic is None else _Sides(joints.side_dof, joints.side_rows)
-    v = joints.return_mapping
     return JointArrays(
         joints.edge,
         joints.contact_offset,
         joints.contact_area,
         sides,
         joints.properties,
-        ReturnMapping(int(v[0]), v[1], v[2], int(v[3]), v[4], v[5], general),
+        general,
         joints.no_strength,
         joints.block_stress,
     )

@@ -7,6 +7,8 @@ from damagepred.kernels.jit import rule
 
 MAXIMUM_STEP = 64.0
 """Largest multiple of a step in a Tresca problem, or of one along which the residual stays the same (1)."""
+MAX_TRIALS = 30
+"""Trial steps."""
 SAFEGUARD = 0.05
 """Least distance of a trial step from the ends of its bracket, over the bracket's length (1)."""
 
@@ -20,9 +22,8 @@ def line_search(
     On entry ``end``, ``force`` and ``ratio`` belong to the full step, and ``slope`` is the work at its start. On return
     ``end`` and ``force`` belong to the returned length. ``coulomb``: Coulomb law or Tresca problem.
     """
-    options = wall.parameters[0].line_search
     low, high, slope_low, slope_high, length = 0.0, 1.0, slope, np.nan, 1.0
-    for _ in range(options.max_iterations):
+    for _ in range(MAX_TRIALS):
         slope_here = dot(force, step) if ratio < np.inf else -np.inf
         if abs(slope_here) <= slope_tolerance * slope or (slope_here > 0.0 and length >= maximum_step):
             break

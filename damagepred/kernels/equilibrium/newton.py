@@ -36,6 +36,10 @@ FLAT_SLOPE = 0.9999
 """Work of the residual at the end of a full step over that at its start, above which the step is lengthened (1)."""
 STAGNATION_RATIO = 0.9
 """Residual over the least before, from which an iteration counts as stagnation (1)."""
+SLOPE_TOLERANCE = 0.5
+"""Work of the residual along a step over that at its start, at which the line search ends (1)."""
+STAGNATION_LIMIT = 25
+"""Iterations in a row with stagnation that are allowed."""
 WARM_START_RESIDUAL = 30.0
 """Residual of the Newton iterate below which its Tresca bounds start the first search (mean block weights)."""
 
@@ -47,14 +51,13 @@ def newton(steps, wall, state, jack, start, best):
     Returns unbalanced force ratio and load of the jacks there. The first iterations are undamped: active sets of
     contacts often stabilise although the residual grows.
     """
-    parameters, room = wall.parameters[0], wall.room
-    options, tolerance = parameters.newton, parameters.tolerance
+    room, tolerance = wall.room, wall.tolerance
     u, trial, step, force = room[0], room[1], room[2], room[3]
     copy(start, u)
     copy(start, best)
     ratio = steps.residual(wall, state, jack, u, True, force)
     first, least, best_jack, diverging = ratio, ratio, jack, 0
-    for taken in range(options.max_iterations + 1):
+    for taken in range(wall.newton_iterations + 1):
         if ratio < tolerance:
             break
         diverging = diverging + 1 if ratio > EARLY_DIVERGENCE_RATIO * least else 0
@@ -93,15 +96,14 @@ def newton_with_line_search(steps, wall, state, jack, start, best):
     closes or sticks. A step of negative work is reversed, unless jacks control the deflection: then the residual is not
     the slope of a potential.
     """
-    parameters, room = wall.parameters[0], wall.room
-    options, tolerance = parameters.newton_with_line_search, parameters.tolerance
+    room, tolerance, most = wall.room, wall.tolerance, wall.line_search_iterations
     u, trial, step, force = room[0], room[1], room[2], room[3]
     copy(start, u)
     copy(start, best)
     ratio = steps.residual(wall, state, jack, u, True, force)
     least, best_jack, stagnating = ratio, jack, 0
-    for taken in range(options.max_iterations + 1):
-        if ratio < tolerance or taken == options.max_iterations or stagnating > options.stagnation_limit:
+    for taken in range(most + 1):
+        if ratio < tolerance or taken == most or stagnating > STAGNATION_LIMIT:
             break
         jack_step = steps.solve(wall, state, wall.stiffness, True, u, force, step)
         slope, before, length = dot(force, step), ratio, 1.0
@@ -113,9 +115,8 @@ def newton_with_line_search(steps, wall, state, jack, start, best):
         if not ratio < FULL_STEP_REDUCTION * before and slope > 0.0:
             flat = ratio < np.inf and dot(force, step) > FLAT_SLOPE * slope
             longest = MAXIMUM_STEP if flat else 1.0
-            within = options.slope_tolerance
             length, ratio = line_search(
-                steps, wall, state, jack, jack_step, u, step, slope, ratio, within, longest, True, trial, force
+                steps, wall, state, jack, jack_step, u, step, slope, ratio, SLOPE_TOLERANCE, longest, True, trial, force
             )
         if ratio == np.inf:
             break
@@ -139,7 +140,7 @@ def run_newton(steps, wall, state, support_step, jack, start, best, searching):
         ratio, jack = newton_with_line_search(steps, wall, state, jack, start, best)
     else:
         ratio, jack = newton(steps, wall, state, jack, start, best)
-    if not ratio < wall.parameters[0].tolerance:
+    if not ratio < wall.tolerance:
         return ratio, jack, (False, 0, 0.0, 0.0)
     store_tangent(wall, state, support_step, best)
     return ratio, jack, complete(wall, state, best)

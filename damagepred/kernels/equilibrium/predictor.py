@@ -7,12 +7,20 @@ from damagepred.kernels.equilibrium.vectors import move_along
 from damagepred.kernels.interface.residual import within_limit
 from damagepred.kernels.jit import kernel, law
 
+OVERLOAD_TOLERANCE = 1e-6
+"""Stress beyond the strength at which a bond fails, over the strength (1)."""
+EVENT_TOLERANCE = 0.01
+"""Overload up to which the load factor at which a bond fails is located, over the strength (1)."""
+WEAK_BOND_OVERLOAD = 1.0
+"""The same for weak bonds, over the stress of a block's weight (1). A bond is weak if its tensile strength is less than
+that stress: its failure releases next to no energy."""
+
 
 @law
-def _allowed_overload(bonds, joints, p, tolerance):
+def _allowed_overload(joints, p, tolerance):
     """Overload from which a bond counts as overloaded: a tolerance; more for weak bonds, which release little."""
     weak = p.tensile_strength < joints.block_stress and not p.brittle_shear
-    return bonds.weak_bond_overload if weak else tolerance
+    return WEAK_BOND_OVERLOAD if weak else tolerance
 
 
 @kernel
@@ -25,7 +33,7 @@ def interpolate_event(bonds, components, history, ground, listed, displacement, 
     joints, count = components.joints, 0
     properties, after, start, overloaded = joints.properties, bonds.load, bonds.load_at_start, bonds.overloaded
     for i in listed:
-        least, fails = 1.0 + _allowed_overload(bonds, joints, properties[i], bonds.overload_tolerance), False
+        least, fails = 1.0 + _allowed_overload(joints, properties[i], OVERLOAD_TOLERANCE), False
         for k in range(after.shape[1]):
             fails |= after[i, k] > least
         if fails:
@@ -34,8 +42,8 @@ def interpolate_event(bonds, components, history, ground, listed, displacement, 
     share = np.inf if count > 0 else 1.0
     components.law.bond_loads(joints, history, ground, overloaded[:count], displacement, start)
     for i in overloaded[:count]:
-        least = 1.0 + _allowed_overload(bonds, joints, properties[i], bonds.overload_tolerance)
-        wanted = 1.0 + aim * _allowed_overload(bonds, joints, properties[i], bonds.event_tolerance)
+        least = 1.0 + _allowed_overload(joints, properties[i], OVERLOAD_TOLERANCE)
+        wanted = 1.0 + aim * _allowed_overload(joints, properties[i], EVENT_TOLERANCE)
         for k in range(after.shape[1]):
             if after[i, k] > least:
                 share = min(share, (wanted - start[i, k]) / (after[i, k] - start[i, k]))

@@ -12,6 +12,9 @@ from damagepred.kernels.linear.condensation import subtract_boundary_forces
 from damagepred.kernels.linear.solver import ITERATIONS
 from damagepred.kernels.structures import FLOAT_ROWS, FLOATS, Structure
 
+DEFLECTION_TOLERANCE = 1e-9
+"""Difference between the deflection at the jacks and its given value in equilibrium (m)."""
+
 
 @law
 def controls_deflection(state):
@@ -28,14 +31,14 @@ def missing_deflection(wall, state, displacement):
 
 
 @law
-def with_constraint(parameters, ratio, missing, coulomb):
+def with_constraint(tolerance, ratio, missing, coulomb):
     """Unbalanced force ratio, or the ratio of a missing deflection at the same tolerance if it is larger.
 
     A Tresca problem is solved under a given load of the jacks.
     """
     if not coulomb:
         return ratio
-    constraint = abs(missing) / parameters.deflection_tolerance * parameters.tolerance
+    constraint = abs(missing) / DEFLECTION_TOLERANCE * tolerance
     return max(ratio, constraint if constraint < np.inf else np.inf)
 
 
@@ -62,7 +65,7 @@ def wall_residual(wall, state, jack, displacement, coulomb, residual):
     ratio = free_residual(force, freedoms.free, freedoms.per_weight, residual)
     if blocks.present:
         ratio = max(ratio, blocks.largest_resultant(blocks.blocks, residual))
-    return with_constraint(wall.parameters[0], ratio, missing_deflection(wall, state, displacement), coulomb)
+    return with_constraint(wall.tolerance, ratio, missing_deflection(wall, state, displacement), coulomb)
 
 
 @law

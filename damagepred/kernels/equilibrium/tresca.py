@@ -1,13 +1,15 @@
 """Minimum of the potential of a Tresca problem: Newton's method with line search (Wriggers 2006, ch. 10)."""
 
 from damagepred.kernels.equilibrium.line_search import MAXIMUM_STEP, line_search
-from damagepred.kernels.equilibrium.residual import controls_deflection, missing_deflection
+from damagepred.kernels.equilibrium.residual import DEFLECTION_TOLERANCE, controls_deflection, missing_deflection
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
 from damagepred.kernels.interface.residual import within_limit
 from damagepred.kernels.jit import kernel, rule
 
 MAX_MINIMISATION_ITERATIONS = 100
 """Newton iterations of one Tresca problem."""
+SLOPE_TOLERANCE = 0.3
+"""Work of the residual along a step over that at its start, at which the line search ends (1)."""
 
 
 @kernel
@@ -17,14 +19,14 @@ def minimise_tresca(steps, wall, state, jack, tolerance, u):
     ``u`` is the start and becomes the minimum; returns the load of the jacks (N). The iteration takes at least one step
     and ends at an unbalanced force ratio, ``tolerance``, or beyond the limit of the state.
     """
-    parameters, room, stiffness = wall.parameters[0], wall.room, wall.stiffness
-    search, trial, step, force = parameters.line_search, room[1], room[2], room[3]
-    allowed = parameters.deflection_tolerance * max(tolerance / parameters.tolerance, 1.0)
+    room, stiffness = wall.room, wall.stiffness
+    trial, step, force = room[1], room[2], room[3]
+    allowed = DEFLECTION_TOLERANCE * max(tolerance / wall.tolerance, 1.0)
     ratio = steps.residual(wall, state, jack, u, False, force)
     jack += _correct_jack_load(steps, wall, state, u, step, force)
     for taken in range(MAX_MINIMISATION_ITERATIONS):
         # at least one step: bounds of the previous displacements may carry nothing
-        if ratio < (tolerance if taken else parameters.tolerance):
+        if ratio < (tolerance if taken else wall.tolerance):
             if abs(missing_deflection(wall, state, u)) <= allowed:
                 break
             # minimum under this jack load: correct the load for the deflection
@@ -35,9 +37,8 @@ def minimise_tresca(steps, wall, state, jack, tolerance, u):
             break
         move_along(u, 1.0, step, trial)
         ratio = steps.residual(wall, state, jack, trial, False, force)
-        within, longest = search.slope_tolerance, MAXIMUM_STEP
         _, ratio = line_search(
-            steps, wall, state, jack, 0.0, u, step, slope, ratio, within, longest, False, trial, force
+            steps, wall, state, jack, 0.0, u, step, slope, ratio, SLOPE_TOLERANCE, MAXIMUM_STEP, False, trial, force
         )
         copy(trial, u)
         if not within_limit(u, wall.freedoms.free, wall.freedoms.arms, state.limit):

@@ -26,26 +26,6 @@ from damagepred.kernels.structures import (
 from damagepred.kernels.zone.superelement import BlockLaw
 
 
-def record_type(integers: str, numbers: str) -> np.dtype:
-    """Type of a record of named integers and floats."""
-    return np.dtype([(n, np.int64) for n in integers.split()] + [(n, np.float64) for n in numbers.split()])
-
-
-_KINDS = (
-    ("newton", record_type("max_iterations", "")),
-    ("newton_with_line_search", record_type("max_iterations stagnation_limit", "slope_tolerance")),
-    ("line_search", record_type("max_iterations", "slope_tolerance")),
-)
-PARAMETERS = np.dtype(
-    (
-        np.record,
-        [(name, (np.record, kind)) for name, kind in _KINDS]
-        + [(name, np.float64) for name in ("tolerance", "deflection_tolerance")],
-    )
-)
-"""Options of all iterations; ``tolerance`` is the largest unbalanced force over the mean block weight."""
-
-
 class Joints(Structure):
     """Interfaces and their joint law; arrays (m,) have one entry per interface."""
 
@@ -60,8 +40,6 @@ class Joints(Structure):
     strain_stiffness = FLOATS
     first_strain = types.int64
     """Stiffness of their strains, and its first degree of freedom."""
-    return_mapping = FLOATS
-    """The numbers of ``ReturnMapping``."""
     no_strength = types.float64
     block_stress = types.float64
     """Stress that breaks a bond without strength, and weight of a block over the largest area of a contact (Pa)."""
@@ -155,10 +133,6 @@ class Bonds(Structure):
     """Condensed interfaces that leave the elastic range (``complete``)."""
     overloaded = INTEGERS
     """Room for interfaces with an overloaded bond."""
-    overload_tolerance = types.float64
-    event_tolerance = types.float64
-    weak_bond_overload = types.float64
-    """Fields of ``ContinuationOptions``."""
 
 
 class Freedoms(Structure):
@@ -179,7 +153,11 @@ class Freedoms(Structure):
 class Wall(Structure):
     """A wall with its linear solver."""
 
-    parameters = types.Array(from_dtype(PARAMETERS), 1, "C")
+    tolerance = types.float64
+    """Largest unbalanced force in equilibrium over the mean block weight (1)."""
+    newton_iterations = types.int64
+    line_search_iterations = types.int64
+    """Iterations of one attempt by Newton's method, with backtracking and with line search."""
     components = Components.kind
     bonds = Bonds.kind
     interfaces = Interfaces.kind
@@ -192,8 +170,6 @@ class Wall(Structure):
     tangent = FLOAT_ROWS
     rate = FLOATS
     """Tangents at the last equilibrium, and force of the joints per load factor there (``store_tangent``)."""
-    rate_step = types.float64
-    """Increment of the load factor for that rate (1)."""
     force = FLOATS
     room = FLOAT_ROWS
     pairs = FLOAT_ROWS

@@ -38,17 +38,17 @@ def _load_of_contact(joints, p, plain, cracked, kappa, e, u_s):
 
     ``e`` is the opening less dilatant opening, ``u_s`` the shear less slip (m).
     """
-    options, no_strength, block_stress = joints.options, joints.no_strength, joints.block_stress
+    general, no_strength, block_stress = joints.general, joints.no_strength, joints.block_stress
     residual = p.residual_tensile_strength
     if not plain and p.critical_opening > 0.0:
         breaks = p.brittle_shear and kappa < p.critical_opening
         tau = p.shear_stiffness * u_s
-        return softened_bond_load(options.general, p, kappa, e, tau, no_strength) if breaks else 0.0
+        return softened_bond_load(general, p, kappa, e, tau, no_strength) if breaks else 0.0
     if cracked and (plain or residual == 0.0 or kappa > 0.0):
         return 0.0
     sigma = p.normal_stiffness * e
     if not plain and p.dilation > 0.0:  # the dilatancy of slip along the step reduces the tension
-        sigma, _, _, _, _, _, _, _, _ = coulomb_return(p, options.general, plain, cracked, kappa, e, u_s, options)
+        sigma, _, _, _, _, _, _, _, _ = coulomb_return(p, general, plain, cracked, kappa, e, u_s)
     if cracked:
         return bond_load(sigma, residual, block_stress)
     load = bond_load(sigma, max(p.tensile_strength, no_strength), block_stress)
@@ -63,8 +63,7 @@ def bond_loads(listed, joints, ground, history, displacement, load):
     """Fill the load of each bond of listed interfaces, 1 at its strength, 0 without bond; return the largest."""
     edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, options, on_normal, on_shear = joints.elastic, joints.options, ground.normal, ground.shear
-    general = options.general
+    elastic, general, on_normal, on_shear = joints.elastic, joints.general, ground.normal, ground.shear
     first_ground = edges.size - on_normal.shape[0]
     heaviest = 0.0
     for i in listed:
@@ -81,11 +80,11 @@ def bond_loads(listed, joints, ground, history, displacement, load):
 
 
 @law
-def _elastic_shear_limit(general, p, sigma, options):
+def _elastic_shear_limit(general, p, sigma):
     """Shear limit of a contact whose bond has not softened (Pa)."""
     if general is None:
         return coulomb_limit(p.cohesion, p.friction, sigma)
-    limit, _ = shear_limit(p, 1.0, sigma, 0.0, 0.0, options)
+    limit, _ = shear_limit(p, 1.0, sigma, 0.0, 0.0)
     return limit
 
 
@@ -97,8 +96,7 @@ def check_elastic(listed, joints, ground, history, displacement, slides, load):
     """
     edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, options, on_normal, on_shear = joints.elastic, joints.options, ground.normal, ground.shear
-    general = options.general
+    elastic, general, on_normal, on_shear = joints.elastic, joints.general, ground.normal, ground.shear
     first_ground = edges.size - on_normal.shape[0]
     count, heaviest = 0, 0.0
     for i in listed:
@@ -114,7 +112,7 @@ def check_elastic(listed, joints, ground, history, displacement, slides, load):
             if p.gap > 0.0:
                 inelastic |= sigma < 0.0  # one closed contact is enough
                 continue
-            limit = _elastic_shear_limit(general, p, sigma, options)
+            limit = _elastic_shear_limit(general, p, sigma)
             inelastic |= abs(p.shear_stiffness * u_s) > limit
             inelastic |= sigma < -p.compressive_strength
             inelastic |= p.critical_opening > 0.0 and sigma > p.tensile_strength

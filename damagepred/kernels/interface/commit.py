@@ -45,8 +45,7 @@ def commit_joint_history(listed, joints, ground, history, displacement, never_op
     """
     edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, options, on_normal, on_shear = joints.elastic, joints.options, ground.normal, ground.shear
-    general = options.general
+    elastic, general, on_normal, on_shear = joints.elastic, joints.general, ground.normal, ground.shear
     first_ground = edges.size - on_normal.shape[0]
     friction, crushing, mode_1_dissipation, stored, softened = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in listed:
@@ -59,9 +58,7 @@ def commit_joint_history(listed, joints, ground, history, displacement, never_op
             u_n = opening_i + offsets[i, k] * turn_i - ground_at(on_normal, first_ground, i, k)
             u_s = shear_i - slips[i, k] - ground_at(on_shear, first_ground, i, k)
             cracked, e = cracks[i, k], u_n - openings[i, k]
-            sigma, tau, _, _, _, _, slip, dilatancy, _ = coulomb_return(
-                p, general, plain, cracked, kappa, e, u_s, options
-            )
+            sigma, tau, _, _, _, _, slip, dilatancy, _ = coulomb_return(p, general, plain, cracked, kappa, e, u_s)
             never_opened[i, k] &= e <= 0.0
             if slip != 0.0 or dilatancy != 0.0:
                 slips[i, k] += slip

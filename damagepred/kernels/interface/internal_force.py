@@ -20,8 +20,7 @@ def joint_forces(listed, joints, ground, history, tresca, coulomb, displacement,
     """
     edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, options, on_normal, on_shear = joints.elastic, joints.options, ground.normal, ground.shear
-    general = options.general
+    elastic, general, on_normal, on_shear = joints.elastic, joints.general, ground.normal, ground.shear
     first_ground = edges.size - on_normal.shape[0]
     bound, dilatant_opening, kappa = tresca
     for i in listed:
@@ -38,12 +37,12 @@ def joint_forces(listed, joints, ground, history, tresca, coulomb, displacement,
             if coulomb:
                 e = u_n - openings[i, k]
                 sigma, tau, d_nn, d_ns, d_sn, d_ss, _, _, _ = coulomb_return(
-                    p, general, plain, cracked, kappas[i, k], e, u_s, options
+                    p, general, plain, cracked, kappas[i, k], e, u_s
                 )
             else:
                 e = u_n - dilatant_opening[i, k]
                 sigma, tau, d_nn, d_ns, d_sn, d_ss = tresca_return(
-                    p, general, plain, cracked, kappa[i, k], bound[i, k], e, u_s, options
+                    p, general, plain, cracked, kappa[i, k], bound[i, k], e, u_s
                 )
             total_n += area * sigma
             total_s += area * tau
@@ -71,8 +70,7 @@ def update_tresca_bounds(listed, joints, ground, history, displacement, tresca, 
     """
     edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, options, on_normal, on_shear = joints.elastic, joints.options, ground.normal, ground.shear
-    general = options.general
+    elastic, general, on_normal, on_shear = joints.elastic, joints.general, ground.normal, ground.shear
     first_ground = edges.size - on_normal.shape[0]
     bound, dilatant_opening, kappa = tresca
     for i in listed:
@@ -84,9 +82,7 @@ def update_tresca_bounds(listed, joints, ground, history, displacement, tresca, 
             u_s = shear_i - slips[i, k] - ground_at(on_shear, first_ground, i, k)
             cracked, largest, old = cracks[i, k], kappas[i, k], bound[i, k]
             e = u_n - openings[i, k]
-            _, _, _, _, _, _, slip, dilatancy, limit = coulomb_return(
-                p, general, plain, cracked, largest, e, u_s, options
-            )
+            _, _, _, _, _, _, slip, dilatancy, limit = coulomb_return(p, general, plain, cracked, largest, e, u_s)
             bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + relaxation * (limit - old), 0.0)
             if plain:
                 continue
@@ -102,8 +98,7 @@ def contact_stresses(joints, ground, history, displacement, opening, sigma, tau)
     """Fill opening (m), normal and shear stress (Pa) of all contacts."""
     edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, options, on_normal, on_shear = joints.elastic, joints.options, ground.normal, ground.shear
-    general = options.general
+    elastic, general, on_normal, on_shear = joints.elastic, joints.general, ground.normal, ground.shear
     first_ground = edges.size - on_normal.shape[0]
     for i in range(edges.size):
         opening_i, shear_i, turn_i = interface_displacement(edges[i], elastic, displacement, i)
@@ -115,5 +110,5 @@ def contact_stresses(joints, ground, history, displacement, opening, sigma, tau)
             opening[i, k] = u_n
             cracked, e = cracks[i, k], u_n - openings[i, k]
             sigma[i, k], tau[i, k], _, _, _, _, _, _, _ = coulomb_return(
-                p, general, plain, cracked, kappas[i, k], e, u_s, options
+                p, general, plain, cracked, kappas[i, k], e, u_s
             )

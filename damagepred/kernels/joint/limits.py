@@ -8,6 +8,10 @@ from damagepred.kernels.joint.softening import degraded
 
 NO_LIMIT = 1e30
 """Shear stress that no joint reaches (Pa)."""
+YIELD_TOLERANCE = 1e-9
+"""Distance from a limit, over the limit, within which a contact counts as yielding (1)."""
+CAP_SLOPE_RATIO = 1e-3
+"""Shear limit over f_c below which the slope of the cap, infinite at its tip, is bounded (1)."""
 
 
 @law
@@ -26,16 +30,16 @@ def capped(limit, sigma, parameters):
 
 
 @law
-def cut_off_compression(parameters, sigma, sigma_e, options):
+def cut_off_compression(parameters, sigma, sigma_e):
     """Normal stress cut off at -f_c (Pa), and its derivative with the opening (Pa/m)."""
     strongest = parameters.compressive_strength
-    if sigma <= -strongest * (1.0 - options.yield_tolerance):
+    if sigma <= -strongest * (1.0 - YIELD_TOLERANCE):
         return max(sigma, -strongest), 0.0
     return sigma, sigma_e
 
 
 @law
-def shear_limit(parameters, integrity, sigma, sigma_e, damage_e, options):
+def shear_limit(parameters, integrity, sigma, sigma_e, damage_e):
     """Shear limit L (Pa), negative beyond the apex of the cone, and its decrease with the opening, -dL/de (Pa/m)."""
     p = parameters
     cohesion, friction, damaging = p.cohesion, p.friction, 0.0
@@ -49,12 +53,12 @@ def shear_limit(parameters, integrity, sigma, sigma_e, damage_e, options):
     if p.compressive_strength < np.inf:
         ellipse = capped(NO_LIMIT, sigma, p)
         if ellipse < limit:
-            return ellipse, -cap_slope(p, ellipse, sigma, sigma_e, options)
+            return ellipse, -cap_slope(p, ellipse, sigma, sigma_e)
     return limit, decrease
 
 
 @law
-def cap_slope(parameters, ellipse, sigma, sigma_e, options):
+def cap_slope(parameters, ellipse, sigma, sigma_e):
     """Derivative of the cap's shear limit with the opening (Pa/m), bounded at the tip of the ellipse."""
-    least = options.cap_slope_ratio * parameters.compressive_strength
+    least = CAP_SLOPE_RATIO * parameters.compressive_strength
     return -min(sigma, 0.0) * sigma_e * parameters.cap_compliance / max(ellipse, least)

@@ -9,12 +9,18 @@ displacements, so its solution can be found from anywhere; at a fixed point of `
 agree (Haslinger; Wriggers 2006, ch. 10).
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from damagepred.kernels.jit import law, rule
-from damagepred.kernels.joint.limits import NO_LIMIT, cap_slope, capped, coulomb_limit, cut_off_compression, shear_limit
+from damagepred.kernels.joint.limits import (
+    NO_LIMIT,
+    YIELD_TOLERANCE,
+    cap_slope,
+    capped,
+    coulomb_limit,
+    cut_off_compression,
+    shear_limit,
+)
 from damagepred.kernels.joint.softening import (
     degraded,
     integrity_of,
@@ -23,17 +29,14 @@ from damagepred.kernels.joint.softening import (
     softening_slope,
 )
 
-
-class ReturnMapping(NamedTuple):
-    """Parameters of the return mapping: ``ReturnMappingOptions`` of the quasi-static solver."""
-
-    max_iterations: int
-    relative_tolerance: float
-    snap_back_ratio: float
-    dilatant_iterations: int
-    cap_slope_ratio: float
-    yield_tolerance: float
-    general: bool | None  # None: all joints are plain (``is_plain``), and the compiler omits the other laws
+MAX_ITERATIONS = 40
+"""Newton iterations for the slip of a joint that softens by slip."""
+RELATIVE_TOLERANCE = 1e-13
+"""Residual of that iteration over the shear stress (1)."""
+SNAP_BACK_RATIO = 1e-6
+"""Tangent stiffness over k_s below which the bond snaps back: it breaks at once (1)."""
+DILATANT_ITERATIONS = 6
+"""Newton iterations for the slip of a joint that dilates while it softens."""
 
 
 @law
@@ -60,7 +63,7 @@ def normal_law(parameters, cracked, kappa, e, damage_grows):
 
 
 @rule
-def return_mapping(parameters, cracked, kappa, e, shear, options):
+def return_mapping(parameters, cracked, kappa, e, shear):
     """Return mapping with elastic predictor and plastic corrector (Simo and Hughes 1998).
 
     Stresses, consistent tangent (nn, ns, sn, ss), slip, dilatancy less crushing (m), shear limit of a contact.
@@ -68,7 +71,7 @@ def return_mapping(parameters, cracked, kappa, e, shear, options):
     p = parameters
     k_n, k_s, psi, w_c = p.normal_stiffness, p.shear_stiffness, p.dilation, p.critical_opening
     sigma, sigma_e, integrity, damage_e = normal_law(p, cracked, kappa, e, True)
-    sigma, sigma_e = cut_off_compression(p, sigma, sigma_e, options)
+    sigma, sigma_e = cut_off_compression(p, sigma, sigma_e)
     crushing = min(e + p.compressive_strength / k_n, 0.0)
     tau = k_s * shear  # elastic predictor
     trial = abs(tau)
@@ -80,11 +83,11 @@ def return_mapping(parameters, cracked, kappa, e, shear, options):
             sigma, sigma_e, is_open = k_n * e, k_n, False
     limit, decrease = 0.0, 0.0
     if not is_open:
-        limit, decrease = shear_limit(p, integrity, sigma, sigma_e, damage_e, options)
-    if trial < limit * (1.0 - options.yield_tolerance):
+        limit, decrease = shear_limit(p, integrity, sigma, sigma_e, damage_e)
+    if trial < limit * (1.0 - YIELD_TOLERANCE):
         return sigma, tau, sigma_e, 0.0, 0.0, k_s, 0.0, crushing, limit
     if p.slip_weight > 0.0 and not is_open:
-        return mixed_mode_return(p, kappa, e, shear, crushing, options)
+        return mixed_mode_return(p, kappa, e, shear, crushing)
     # plastic corrector: k_s (trial / k_s - t) = L(e - psi t)
     sign = 1.0 if tau >= 0.0 else -1.0
     if is_open:
@@ -93,10 +96,10 @@ def return_mapping(parameters, cracked, kappa, e, shear, options):
     slipped = (trial - limit) * compliance
     if psi > 0.0 and w_c > 0.0 and integrity < 1.0:
         # dilatancy closes the joint, which softens less: L is not linear in the slip
-        for _ in range(options.dilatant_iterations):
+        for _ in range(DILATANT_ITERATIONS):
             closer = e - psi * min(slipped, trial / k_s)
             sigma, sigma_e, integrity, damage_e = normal_law(p, cracked, kappa, closer, True)
-            limit, decrease = shear_limit(p, integrity, sigma, sigma_e, damage_e, options)
+            limit, decrease = shear_limit(p, integrity, sigma, sigma_e, damage_e)
             compliance = 1.0 / (k_s + decrease * psi)
             slipped += (trial - k_s * slipped - limit) * compliance
         sigma += sigma_e * psi * slipped  # extrapolated to e along the tangent
@@ -119,7 +122,7 @@ def return_mapping(parameters, cracked, kappa, e, shear, options):
 
 
 @rule
-def mixed_mode_return(parameters, kappa, e, shear, crushing, options):
+def mixed_mode_return(parameters, kappa, e, shear, crushing):
     """Mixed-mode softening by slip t: Newton's method for k_s (|shear| - t) = L(e, kappa + beta t).
 
     Where the shear limit L falls faster with slip than k_s, the bond snaps back: its integrity drops to 0.
@@ -133,7 +136,7 @@ def mixed_mode_return(parameters, kappa, e, shear, crushing, options):
     most = trial / k_s
     exhausting = max((w_c - start) / beta, 0.0) * (1.0 + 1e-12)  # slip that leaves b = 0, rounding included
     t, lower, upper = 0.0, 0.0, most  # the residual is positive at the lower bound
-    for _ in range(options.max_iterations):
+    for _ in range(MAX_ITERATIONS):
         kappa = start + beta * t
         integrity = integrity_of(p, kappa)
         damage_kappa = softening_slope(p, kappa)
@@ -141,7 +144,7 @@ def mixed_mode_return(parameters, kappa, e, shear, crushing, options):
             sigma, sigma_e = f_t * integrity * e / kappa, secant_stiffness(p, kappa, integrity)
             sigma_kappa = f_t * e * (damage_kappa * kappa - integrity) / (kappa * kappa)
         else:
-            sigma, sigma_e = cut_off_compression(p, k_n * e, k_n, options)
+            sigma, sigma_e = cut_off_compression(p, k_n * e, k_n)
             sigma_kappa = 0.0
         tan_phi = degraded(integrity, p.friction, p.residual_friction)
         limit = coulomb_limit(degraded(integrity, p.cohesion, p.residual_cohesion), tan_phi, sigma)
@@ -153,15 +156,15 @@ def mixed_mode_return(parameters, kappa, e, shear, crushing, options):
         ellipse = capped(NO_LIMIT, sigma, p)
         if ellipse < limit:
             limit, limit_kappa = ellipse, 0.0
-            limit_e = cap_slope(p, ellipse, sigma, sigma_e, options)
+            limit_e = cap_slope(p, ellipse, sigma, sigma_e)
         if limit <= 0.0:  # beyond the apex of the cone
             limit, limit_kappa, limit_e = 0.0, 0.0, 0.0
         limit_t = beta * limit_kappa
         residual = trial - k_s * t - limit
-        if abs(residual) <= options.relative_tolerance * (trial + abs(limit)):
+        if abs(residual) <= RELATIVE_TOLERANCE * (trial + abs(limit)):
             break
         lower, upper = (t, upper) if residual > 0.0 else (lower, t)
-        if k_s + limit_t < options.snap_back_ratio * k_s:
+        if k_s + limit_t < SNAP_BACK_RATIO * k_s:
             t = exhausting if lower < exhausting < upper or p.softening_shape == 0.0 else 0.5 * (lower + upper)
         else:
             t = min(max(t + residual / (k_s + limit_t), 0.0), most)
@@ -189,7 +192,10 @@ def mixed_mode_return(parameters, kappa, e, shear, crushing, options):
 
 @law
 def is_plain(parameters, general):
-    """Whether ``plain_return`` is the law: no dilation, softening, cap, gap, residual tension or brittle shear."""
+    """Whether ``plain_return`` is the law: no dilation, softening, cap, gap, residual tension or brittle shear.
+
+    With ``general`` None all joints are plain, and the compiler omits the other laws.
+    """
     p = parameters
     if general is None:
         return True
@@ -209,7 +215,7 @@ def all_plain(joints):
 
 
 @law
-def plain_return(parameters, cracked, e, shear, options):
+def plain_return(parameters, cracked, e, shear):
     """Return mapping of a plain joint; the shear limit is not cut off at the apex of the cone."""
     p = parameters
     if cracked and e > 0.0:
@@ -219,7 +225,7 @@ def plain_return(parameters, cracked, e, shear, options):
     friction = p.residual_friction if cracked else p.friction
     sigma, tau = k_n * e, k_s * shear
     limit = coulomb_limit(cohesion, friction, sigma)
-    if abs(tau) < limit * (1.0 - options.yield_tolerance):
+    if abs(tau) < limit * (1.0 - YIELD_TOLERANCE):
         return sigma, tau, k_n, 0.0, 0.0, k_s, 0.0, 0.0, limit
     if limit <= 0.0:
         return sigma, 0.0, k_n, 0.0, 0.0, 0.0, shear, 0.0, limit
@@ -229,13 +235,13 @@ def plain_return(parameters, cracked, e, shear, options):
 
 
 @law
-def coulomb_return(parameters, general, plain, cracked, kappa, e, shear, options):
+def coulomb_return(parameters, general, plain, cracked, kappa, e, shear):
     """Return mapping in the Coulomb problem, by ``plain_return`` where the joint is plain."""
     if general is None:
-        return plain_return(parameters, cracked, e, shear, options)
+        return plain_return(parameters, cracked, e, shear)
     if plain:
-        return plain_return(parameters, cracked, e, shear, options)
-    return return_mapping(parameters, cracked, kappa, e, shear, options)
+        return plain_return(parameters, cracked, e, shear)
+    return return_mapping(parameters, cracked, kappa, e, shear)
 
 
 @law
@@ -251,11 +257,11 @@ def plain_tresca_return(parameters, bound, cracked, e, shear):
 
 
 @law
-def general_tresca_return(parameters, cracked, kappa, bound, e, shear, options):
+def general_tresca_return(parameters, cracked, kappa, bound, e, shear):
     """Stresses and tangent (nn, ns, sn, ss) in the Tresca problem; damage is constant."""
     softens = cracked or kappa > 0.0
     sigma, sigma_e, _, _ = normal_law(parameters, softens, kappa, e, False)
-    sigma, sigma_e = cut_off_compression(parameters, sigma, sigma_e, options)
+    sigma, sigma_e = cut_off_compression(parameters, sigma, sigma_e)
     k_s = parameters.shear_stiffness
     tau = k_s * shear
     if abs(tau) <= bound:
@@ -264,10 +270,10 @@ def general_tresca_return(parameters, cracked, kappa, bound, e, shear, options):
 
 
 @law
-def tresca_return(parameters, general, plain, cracked, kappa, bound, e, shear, options):
+def tresca_return(parameters, general, plain, cracked, kappa, bound, e, shear):
     """Return mapping in the Tresca problem, by ``plain_tresca_return`` where the joint is plain."""
     if general is None:
         return plain_tresca_return(parameters, bound, cracked, e, shear)
     if plain:
         return plain_tresca_return(parameters, bound, cracked, e, shear)
-    return general_tresca_return(parameters, cracked, kappa, bound, e, shear, options)
+    return general_tresca_return(parameters, cracked, kappa, bound, e, shear)

@@ -13,6 +13,11 @@ from damagepred.kernels.linear.dense import factorise_dense, solve_dense
 from damagepred.kernels.linear.substitution import Substitution, add_row, solve_factorised
 from damagepred.kernels.structures import FLOAT_ROWS, FLOATS, INTEGER_ROWS, INTEGERS, INTEGERS_32, Structure
 
+TOLERANCE = 1e-6
+"""Residual of the correction forces over their largest, beyond which the system is refactorised (1)."""
+MAX_LOOP_ROWS = 8
+"""Right-hand sides up to which loops are faster than matrix products of BLAS."""
+
 
 class Correction(Structure):
     """Responses to unit loads in changed interfaces, and factors of the last correction.
@@ -49,8 +54,6 @@ class Correction(Structure):
     occupied = types.int64
     loads = types.int64
     """Interfaces with a slot, and unit loads with a response."""
-    tolerance = types.float64
-    """Residual of the correction forces over their largest, beyond which the system is refactorised."""
 
 
 @law
@@ -127,15 +130,12 @@ def _add_compliance(correction, tree, known_interfaces, known_loads):
                 )
 
 
-RESPOND = types.void(Correction.kind, Substitution.kind, INTEGERS, types.int64)
+RESPOND = types.void(Correction.kind, Substitution.kind, INTEGERS)
 
 
 @phase(RESPOND)
-def respond(correction, substitution, loads, loop_rows):
-    """Compute the responses to new unit loads, give them slots, and extend the compliance.
-
-    Up to ``loop_rows`` loads are solved row by row, more by products of matrices.
-    """
+def respond(correction, substitution, loads):
+    """Compute the responses to new unit loads, give them slots, and extend the compliance."""
     tree, reached = substitution.factors.tree, substitution.rows.reached
     front = tree.interface_front
     for k in range(reached.size):
@@ -146,7 +146,7 @@ def respond(correction, substitution, loads, loop_rows):
     response, count, first = correction.response, loads.size, correction.loads
     size, known = response.shape[1], correction.occupied
     added = response[first : first + count]
-    if count <= loop_rows:
+    if count <= MAX_LOOP_ROWS:
         _set_unit_loads(correction, tree, loads, added.reshape(count * size), size, 1)
         solve_factorised(substitution, added)
     else:
@@ -210,7 +210,7 @@ def _fill_capacitance(correction, changed, count):
 
 
 @law
-def _agrees(rows, count, change, relative, force, tolerance):
+def _agrees(rows, count, change, relative, force):
     """Whether correction forces p (``force``) equal D x of the corrected solution, within a share of the largest."""
     largest, apart = 0.0, 0.0
     for c in range(count):
@@ -218,7 +218,7 @@ def _agrees(rows, count, change, relative, force, tolerance):
         if not difference < np.inf:
             return False
         largest, apart = max(largest, abs(force[c])), max(apart, difference)
-    return apart <= tolerance * largest
+    return apart <= TOLERANCE * largest
 
 
 CORRECT = types.boolean(Correction.kind, Substitution.kind, INTEGERS, FLOAT_ROWS, FLOAT_ROWS)
@@ -252,5 +252,5 @@ def correct(correction, substitution, changed, target, solutions):
     _relative_displacements(correction, tree, changed, solutions)
     accurate = True
     for m in range(solutions.shape[0]):
-        accurate &= _agrees(rows, count, change, x[m], p[m * count : m * count + count], correction.tolerance)
+        accurate &= _agrees(rows, count, change, x[m], p[m * count : m * count + count])
     return accurate

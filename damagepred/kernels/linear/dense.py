@@ -19,6 +19,10 @@ from damagepred.kernels.structures import FLOATS, INTEGERS_32, LETTERS, Structur
 NOT_TRANSPOSED_THEN_TRANSPOSED = np.frombuffer(b"NT", dtype=np.uint8).copy()
 ARGUMENTS = {"dgemm": 13, "dgetrf": 6, "dgetri": 7, "dgetrs": 9}
 """Number of arguments of each routine."""
+INVERSION_PANEL = 16
+"""Columns that are inverted at a time."""
+SINGULAR_PIVOT_RATIO = 1e-12
+"""Smallest pivot over the largest below which a matrix counts as nearly singular (1)."""
 _SIGNATURES = {name: types.void(*[types.voidptr] * count) for name, count in ARGUMENTS.items()}
 
 
@@ -56,9 +60,6 @@ class Dense(Structure):
     pivots = INTEGERS_32
     work = FLOATS
     blocks = FLOATS
-    panel = types.int64
-    """Columns that are inverted at a time."""
-    singular_pivot_ratio = types.float64
 
 
 @cache
@@ -66,7 +67,7 @@ def _routines() -> dict[str, Routine]:
     return {name: Routine(name) for name in ARGUMENTS}
 
 
-def dense_workspace(largest: int, panel: int, singular_pivot_ratio: float) -> Dense:
+def dense_workspace(largest: int) -> Dense:
     """Workspace for matrices up to a number of rows and columns."""
     made: Dense = Dense(
         **_routines(),
@@ -74,10 +75,8 @@ def dense_workspace(largest: int, panel: int, singular_pivot_ratio: float) -> De
         reals=np.zeros(2),
         letters=NOT_TRANSPOSED_THEN_TRANSPOSED,
         pivots=np.zeros(largest, dtype=np.int32),
-        work=np.zeros(panel * largest),
-        blocks=np.empty(panel * (3 * largest + panel)),
-        panel=panel,
-        singular_pivot_ratio=singular_pivot_ratio,
+        work=np.zeros(INVERSION_PANEL * largest),
+        blocks=np.empty(INVERSION_PANEL * (3 * largest + INVERSION_PANEL)),
     )
     return made
 
@@ -195,8 +194,8 @@ def invert(dense, size, rows, matrix, symmetric, inverse):
     Returns the smallest pivot over the largest; without inverse it is 0, and the inverse NaN. The inverse of a matrix
     that is ``symmetric`` except for rounding becomes symmetric to the last bit.
     """
-    ratio, width = 0.0, min(dense.panel, size)
-    while not ratio > dense.singular_pivot_ratio:
+    ratio, width = 0.0, min(INVERSION_PANEL, size)
+    while not ratio > SINGULAR_PIVOT_RATIO:
         for c in range(size):
             for r in range(size):
                 inverse[c * size + r] = matrix[c * rows + r]

@@ -12,7 +12,7 @@ D is a 3 x 3 matrix, unsymmetric where the flow rule is not associated.
 from numba import types
 
 from damagepred.kernels.jit import law, phase, rule
-from damagepred.kernels.linear.dense import INVERT, Dense, multiply
+from damagepred.kernels.linear.dense import INVERT, SINGULAR_PIVOT_RATIO, Dense, multiply
 from damagepred.kernels.structures import (
     FLAGS,
     FLOAT_BLOCKS,
@@ -218,7 +218,7 @@ def eliminate(factors, changed, target, complements, elastic):
         _assemble_children(factors, complements, k, rows, matrix)
         symmetric, inverse = not _find_unsymmetric(factors, k), factors.inverses[tree.inverse_start[k] :]
         pivot_ratio = factors.invert(dense, size, rows, matrix, symmetric, inverse)
-        if elastic and pivot_ratio < dense.singular_pivot_ratio:
+        if elastic and pivot_ratio < SINGULAR_PIVOT_RATIO:
             return False
         coupling, upper = factors.coupling[tree.coupling_start[k] :], factors.upper[tree.coupling_start[k] :]
         # upper = inverse @ B, complement = D - B.T @ upper, of the front [[A, B], [B.T, D]]

@@ -17,17 +17,10 @@ RESPONSE_WEIGHT, SOLUTION_WEIGHT, VECTOR_WEIGHT = 140.0, 420.0, 5.0
 """Operations per degree of freedom of a unit-load response beside its products, per entry of the capacitance equations,
 and per entry in sums of vectors."""
 
-
-class Costs(Structure):
-    """Costs in floating-point operations of matrix products; others are weighted by how slow they are."""
-
-    factorisation = FLOATS
-    """Matrices of each front."""
-    solution = types.float64
-    """Operations of one solution, forward and back."""
-    refactorisation_ratio = types.float64
-    spent = types.float64
-    """On all corrections since the last factorisation."""
+REFACTORISATION_RATIO = 1.5
+"""Cost of all corrections since the last factorisation over the cost of a new one, from which a new one is made (1)."""
+RESPONSE_BATCH = 96
+"""Unit loads whose responses are computed at a time."""
 
 
 class Solver(Structure):
@@ -35,7 +28,11 @@ class Solver(Structure):
 
     substitution = Substitution.kind
     correction = Correction.kind
-    costs = Costs.kind
+    factorisation_cost = FLOATS
+    solution_cost = types.float64
+    spent = types.float64
+    """Operations for each front, for one solution, and for all corrections since the last factorisation: of matrix
+    products, others weighted by how slow they are."""
     active = INTEGERS
     active_dofs = INTEGERS
     """Interfaces and degrees of freedom of active fronts."""
@@ -53,9 +50,6 @@ class Solver(Structure):
     """Whether the next solution needs a factorisation: one entry, which Python may set."""
     counts = INTEGERS
     """Number of iterations, factorisations and corrections."""
-    batch = types.int64
-    loop_rows = types.int64
-    """Unit loads whose responses are computed at a time; right-hand sides up to which loops are faster."""
     eliminate = types.FunctionType(ELIMINATE)
     respond = types.FunctionType(RESPOND)
     correct = types.FunctionType(CORRECT)
@@ -94,21 +88,21 @@ def _list_changed(solver, stiffness):
 
 
 @law
-def correction_cost(costs, size, rows, new):
+def correction_cost(solution_cost, size, rows, new):
     """Weighted operations of a correction of ``size`` degrees of freedom.
 
     Each changed row of the stiffness has a correction force; unit loads without response take one solution each.
     """
     forces, cost = float(rows), 0.0
     if new > 0:
-        cost = CALL_OVERHEAD + float(new) * (costs.solution + RESPONSE_WEIGHT * size)
+        cost = CALL_OVERHEAD + float(new) * (solution_cost + RESPONSE_WEIGHT * size)
     return cost + VECTOR_WEIGHT * forces * size + SOLUTION_WEIGHT * forces * forces
 
 
 @law
 def _mark_outdated(solver, changed):
     """Mark the fronts of changed interfaces, stale ones, and their ancestors; the cost of eliminating them."""
-    factors, stale, costs, total = solver.substitution.factors, solver.stale, solver.costs.factorisation, 0.0
+    factors, stale, costs, total = solver.substitution.factors, solver.stale, solver.factorisation_cost, 0.0
     outdated, front, parent = factors.outdated, factors.tree.interface_front, factors.tree.parent
     for k in range(outdated.size):
         outdated[k] = stale[k]
@@ -131,11 +125,11 @@ def _refactorisation_pays(solver, changed, rows, new, unknown):
     """
     if changed.size == 0:
         return False
-    correction, costs = solver.correction, solver.costs
+    correction, size = solver.correction, float(solver.active_dofs.size)
     if correction.occupied + unknown > correction.interface_of_slot.size:
         return True
-    costs.spent += correction_cost(costs, float(solver.active_dofs.size), rows, new)
-    return costs.spent > costs.refactorisation_ratio * _mark_outdated(solver, changed)
+    solver.spent += correction_cost(solver.solution_cost, size, rows, new)
+    return solver.spent > REFACTORISATION_RATIO * _mark_outdated(solver, changed)
 
 
 @law
@@ -148,7 +142,7 @@ def _factorise(solver, changed):
     solver.eliminate(factors, changed, solver.target, factors.complements, False)
     for k in range(stale.size):
         stale[k] = False
-    solver.must_factorise[0], solver.costs.spent = False, 0.0
+    solver.must_factorise[0], solver.spent = False, 0.0
 
 
 @law
@@ -167,8 +161,8 @@ def _solve_all(solver, force, right):
 def _correct(solver, changed, new, right):
     """Compute missing responses, and correct the solutions ``right``; whether the correction is accurate."""
     correction, substitution = solver.correction, solver.substitution
-    for first in range(0, new.size, solver.batch):
-        solver.respond(correction, substitution, new[first : min(first + solver.batch, new.size)], solver.loop_rows)
+    for first in range(0, new.size, RESPONSE_BATCH):
+        solver.respond(correction, substitution, new[first : min(first + RESPONSE_BATCH, new.size)])
     return solver.correct(correction, substitution, changed, solver.target, right)
 
 

@@ -130,6 +130,12 @@ def lesser(x, y):
     return x if x < y else y
 
 
+@law
+def _nearer(best, other):
+    """The one of two candidates, each a margin and what goes with it, that is nearer to admissible."""
+    return other if other[0] > best[0] else best
+
+
 @rule
 def plane_strain_return(a, b, c, nu, strength):
     """Principal stresses (a, b, c) by return mapping in plane strain (Clausen et al. 2007), and where."""
@@ -137,8 +143,7 @@ def plane_strain_return(a, b, c, nu, strength):
     compressive, n, m, tension, _, _, _ = strength
     beta, gamma = nu / (1.0 - 2.0 * nu), nu / (1.0 + nu)
     corner = lesser(n * tension - compressive, tension)
-    best, where = -math.inf, INSIDE
-    best_a, best_b, best_c = math.nan, math.nan, math.nan
+    best = (-math.inf, math.nan, math.nan, math.nan, INSIDE)
 
     # planes
     q = beta * (m - 1.0)
@@ -147,8 +152,7 @@ def plane_strain_return(a, b, c, nu, strength):
     margin = lesser(lesser(x, tension - ra), lesser(ra - rb, rb - rc))
     if margin >= 0.0:
         return ra, rb, rc, ON_SHEAR
-    if margin > best:
-        best, where, best_a, best_b, best_c = margin, ON_SHEAR, ra, rb, rc
+    best = _nearer(best, (margin, ra, rb, rc, ON_SHEAR))
 
     x = a - tension
     shift = nu / (1.0 - nu) * x  # beta / (1 + beta)
@@ -156,8 +160,7 @@ def plane_strain_return(a, b, c, nu, strength):
     margin = lesser(lesser(x, tension - rb), rc - corner)
     if margin >= 0.0:
         return tension, rb, rc, ON_TENSION
-    if margin > best:
-        best, where, best_a, best_b, best_c = margin, ON_TENSION, tension, rb, rc
+    best = _nearer(best, (margin, tension, rb, rc, ON_TENSION))
 
     # where tension and shear meet
     rb = b - nu * ((a - tension) + (c - corner))
@@ -165,16 +168,14 @@ def plane_strain_return(a, b, c, nu, strength):
     margin = lesser(lesser(-dc, da + m * dc), lesser(tension - rb, rb - corner))
     if margin >= 0.0:
         return tension, rb, corner, ON_SHEAR_TENSION
-    if margin > best:
-        best, where, best_a, best_b, best_c = margin, ON_SHEAR_TENSION, tension, rb, corner
+    best = _nearer(best, (margin, tension, rb, corner, ON_SHEAR_TENSION))
 
     rc = c - nu * ((a - tension) + (b - tension))
     da, db = _strain(a - tension, c - rc, b - tension, gamma)
     margin = lesser(lesser(da, db), lesser(rc - corner, tension - rc))
     if margin >= 0.0:
         return tension, tension, rc, ON_TENSION_TENSION
-    if margin > best:
-        best, where, best_a, best_b, best_c = margin, ON_TENSION_TENSION, tension, tension, rc
+    best = _nearer(best, (margin, tension, tension, rc, ON_TENSION_TENSION))
 
     # edges of the cone: no plastic strain orthogonal to the flow of both pairs
     h, k = 1.0 - gamma * (1.0 + 2.0 * m), m - gamma * (1.0 + 2.0 * m)
@@ -184,8 +185,7 @@ def plane_strain_return(a, b, c, nu, strength):
     margin = lesser(lesser(-db, -dc), lesser(tension - ra, ra - rc))
     if margin >= 0.0:
         return ra, rc, rc, ON_SHEAR_COMPRESSION
-    if margin > best:
-        best, where, best_a, best_b, best_c = margin, ON_SHEAR_COMPRESSION, ra, rc, rc
+    best = _nearer(best, (margin, ra, rc, rc, ON_SHEAR_COMPRESSION))
 
     h, k = 1.0 - gamma * (2.0 + m), m - gamma * (2.0 + m)
     ra = (h * (a + b) + k * c + k * compressive) / (2.0 * h + k * n)
@@ -194,26 +194,22 @@ def plane_strain_return(a, b, c, nu, strength):
     margin = lesser(lesser(da, db), lesser(tension - ra, ra - rc))
     if margin >= 0.0:
         return ra, ra, rc, ON_SHEAR_EXTENSION
-    if margin > best:
-        best, where, best_a, best_b, best_c = margin, ON_SHEAR_EXTENSION, ra, ra, rc
+    best = _nearer(best, (margin, ra, ra, rc, ON_SHEAR_EXTENSION))
 
     # corners
     da, db = _strain(a - tension, c - corner, b - corner, gamma)
     dc = _strain(c - corner, a - tension, b - corner, gamma)[0]
     margin = lesser(lesser(-db, -dc), da + m * (db + dc))
-    if margin > best:
-        best, where, best_a, best_b, best_c = margin, AT_CORNER_COMPRESSION, tension, corner, corner
+    best = _nearer(best, (margin, tension, corner, corner, AT_CORNER_COMPRESSION))
 
     da, db = _strain(a - tension, c - corner, b - tension, gamma)
     dc = _strain(c - corner, a - tension, b - tension, gamma)[0]
     margin = lesser(lesser(-dc, lesser(da, db)), da + db + m * dc)
-    if margin > best:
-        best, where, best_a, best_b, best_c = margin, AT_CORNER_EXTENSION, tension, tension, corner
+    best = _nearer(best, (margin, tension, tension, corner, AT_CORNER_EXTENSION))
 
     dc = _strain(c - tension, a - tension, b - tension, gamma)[0]
-    if dc > best:
-        best, where, best_a, best_b, best_c = dc, AT_CORNER_TENSION, tension, tension, tension
-    return best_a, best_b, best_c, where
+    _, a, b, c, where = _nearer(best, (dc, tension, tension, tension, AT_CORNER_TENSION))
+    return a, b, c, where
 
 
 @law
@@ -230,8 +226,7 @@ def _plane_stress_return(a, c, nu, strength):
     compressive, n, m, tension, _, _, inverse_n = strength
     greatest = lesser(tension, compressive * inverse_n)
     corner = lesser(n * greatest - compressive, 0.0)
-    best, where = -math.inf, INSIDE
-    best_a, best_c = math.nan, math.nan
+    best = (-math.inf, math.nan, math.nan, INSIDE)
 
     # lines
     x = (n * a - c - compressive) / (n * m + 1.0 - nu * (n + m))
@@ -239,46 +234,40 @@ def _plane_stress_return(a, c, nu, strength):
     margin = lesser(x, lesser(greatest - ra, rc + compressive))
     if margin >= 0.0:
         return ra, rc, ON_SHEAR
-    if margin > best:
-        best, where, best_a, best_c = margin, ON_SHEAR, ra, rc
+    best = _nearer(best, (margin, ra, rc, ON_SHEAR))
 
     rc = c - nu * (a - greatest)
     margin = lesser(a - greatest, lesser(greatest - rc, rc - corner))
     if margin >= 0.0:
         return greatest, rc, ON_TENSION
-    if margin > best:
-        best, where, best_a, best_c = margin, ON_TENSION, greatest, rc
+    best = _nearer(best, (margin, greatest, rc, ON_TENSION))
 
     ra = a - nu * (c + compressive)
     margin = lesser(-(c + compressive), lesser(-ra, ra + compressive))
     if margin >= 0.0:
         return ra, -compressive, ON_CRUSHING
-    if margin > best:
-        best, where, best_a, best_c = margin, ON_CRUSHING, ra, -compressive
+    best = _nearer(best, (margin, ra, -compressive, ON_CRUSHING))
 
     # corners
     x, y = a - greatest, c - greatest
     margin = lesser(x - nu * y, y - nu * x)
-    if margin > best:
-        best, where, best_a, best_c = margin, AT_TENSION_TENSION, greatest, greatest
+    best = _nearer(best, (margin, greatest, greatest, AT_TENSION_TENSION))
 
     x, y = a - greatest, c - corner
     da, dc = x - nu * y, y - nu * x
     margin = lesser(-dc, da + m * dc)
-    if margin > best:
-        best, where, best_a, best_c = margin, AT_SHEAR_TENSION, greatest, corner
+    best = _nearer(best, (margin, greatest, corner, AT_SHEAR_TENSION))
 
     y = c + compressive
     da, dc = a - nu * y, y - nu * a
     margin = lesser(da, -(da + m * dc))
-    if margin > best:
-        best, where, best_a, best_c = margin, AT_SHEAR_CRUSHING, 0.0, -compressive
+    best = _nearer(best, (margin, 0.0, -compressive, AT_SHEAR_CRUSHING))
 
     x, y = a + compressive, c + compressive
     margin = lesser(-(x - nu * y), -(y - nu * x))
-    if margin > best:
-        best, where, best_a, best_c = margin, AT_CRUSHING_CRUSHING, -compressive, -compressive
-    return best_a, best_c, where
+    best = _nearer(best, (margin, -compressive, -compressive, AT_CRUSHING_CRUSHING))
+    _, a, c, where = best
+    return a, c, where
 
 
 @law

@@ -5,7 +5,6 @@ A block has n degrees of freedom, the r of its boundary first. Elastic, it is co
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import types
@@ -111,22 +110,18 @@ class DeformableBlocks(Structure):
     """Blocks of which a zone yields in the last tangents (``update_block_tangents``)."""
     outdated = FLAGS
     """Whether there was a residual (``add_block_forces``) since the last tangents: one entry."""
-    tolerance = types.float64
-    """Residual of the interior over the largest nodal force of a zone (1)."""
 
 
-class InteriorOptions(NamedTuple):
-    """Options of Newton's method for the equilibrium inside a block."""
-
-    max_iterations: int = 40  # newton iterations
-    max_line_search_steps: int = 20  # reductions of a Newton step
-    # slope of the energy at the end of a step, over that at its start, that ends the line search (1)
-    slope_ratio: float = 0.5
-    # share of the elastic moduli added to the tangent of yielding zones, so that it is not singular (1)
-    residual_stiffness: float = 1e-5
-
-
-OPTIONS = InteriorOptions()
+TOLERANCE = 1e-10
+"""Residual of the interior of a yielding block, over the largest nodal force of its zones (1)."""
+MAX_ITERATIONS = 40
+"""Newton iterations for the equilibrium inside a block."""
+MAX_LINE_SEARCH_STEPS = 20
+"""Reductions of a Newton step."""
+SLOPE_RATIO = 0.5
+"""Slope of the energy at the end of a step, over that at its start, that ends the line search (1)."""
+RESIDUAL_STIFFNESS = 1e-5
+"""Share of the elastic moduli added to the tangent of yielding zones, so that it is not singular (1)."""
 
 
 @law
@@ -199,9 +194,8 @@ def _fill_tangent(blocks, d, trial, tangent):
         yields = True
         dof, rows, volume = cells[z // 4], blocks.rows[first + z], blocks.volume[first + z]
         xx, xy, xs, yx, yy, ys, sx, sy, ss = zone_tangent(t[0], t[1], t[2], t[3], moduli, limits)
-        rest = OPTIONS.residual_stiffness
-        xx, xy, yx = xx + (rest - 1.0) * moduli[0], xy - moduli[1], yx - moduli[1]
-        yy, ss = yy + (rest - 1.0) * moduli[0], ss + rest * moduli[2] - moduli[2]
+        xx, xy, yx = xx + (RESIDUAL_STIFFNESS - 1.0) * moduli[0], xy - moduli[1], yx - moduli[1]
+        yy, ss = yy + (RESIDUAL_STIFFNESS - 1.0) * moduli[0], ss + RESIDUAL_STIFFNESS * moduli[2] - moduli[2]
         for i in range(10):
             x, y, g = volume * rows[0, i], volume * rows[1, i], volume * rows[2, i]
             left_x, left_y, left_s = x * xx + y * yx + g * sx, x * xy + y * yy + g * sy, x * xs + y * ys + g * ss
@@ -311,7 +305,7 @@ def _correct_block(blocks, d, plastic, load, live, trial, displacement, force):
     Newton's method with line search on the energy. Changes the interior in ``displacement``, ``trial`` stresses, and
     ``blocks.inelastic``; forces are NaN where the interior has no equilibrium.
     """
-    s, dof, tolerance = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]], blocks.tolerance
+    s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
     n, r, condensed = dof.size, blocks.shapes.boundary[s], _matrix(blocks.shapes, s, blocks.shapes.condensed)
     i_count = n - r
     u, internal, tangent, matrix = np.zeros(n), np.zeros(n), np.zeros((n, n)), np.zeros((i_count, i_count))
@@ -320,24 +314,24 @@ def _correct_block(blocks, d, plastic, load, live, trial, displacement, force):
     _start_interior(blocks, d, load, live, displacement, u, applied, elastic)
     largest, yields = _internal_force(blocks, d, plastic, u, trial, internal)
     out = _interior_residual(applied, internal, residual)
-    for _ in range(OPTIONS.max_iterations):
-        if not out > tolerance * largest:
+    for _ in range(MAX_ITERATIONS):
+        if not out > TOLERANCE * largest:
             break
         slope = _interior_step(blocks, d, trial, yields, residual, tangent, matrix, step)
         # line search: to where the energy no longer decreases along the step
         share = 1.0
         for i in range(i_count):
             start[i] = u[r + i]
-        for _ in range(OPTIONS.max_line_search_steps):
+        for _ in range(MAX_LINE_SEARCH_STEPS):
             for i in range(i_count):
                 u[r + i] = start[i] + share * step[i, 0]
             largest, yields = _internal_force(blocks, d, plastic, u, trial, internal)
             out = _interior_residual(applied, internal, residual)
             now = _dot(residual, step)
-            if now >= -OPTIONS.slope_ratio * slope:
+            if now >= -SLOPE_RATIO * slope:
                 break
             share *= min(max(slope / (slope - now), 0.1), 0.9)
-    balanced = out <= 1e3 * tolerance * largest
+    balanced = out <= 1e3 * TOLERANCE * largest
     for i in range(i_count):
         displacement[dof[r + i]] = u[r + i]
         if balanced:
@@ -391,10 +385,7 @@ def place_block_facets(blocks, displacement, force):
 
 @phase(BLOCK_FORCES)
 def add_block_forces(blocks, condensed_too, displacement, force):
-    """Add the forces on facets, and the boundary forces of elastic blocks.
-
-    ``condensed_too``: also blocks in condensed fronts.
-    """
+    """Add forces on facets, and boundary forces of elastic blocks; ``condensed_too``: also in condensed fronts."""
     shapes = blocks.shapes
     scatter_facet_forces(blocks.facets, force)
     product = np.empty(blocks.dof.size)
@@ -402,11 +393,8 @@ def add_block_forces(blocks, condensed_too, displacement, force):
         if blocks.condensed[d] and not condensed_too:
             continue
         s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
-        r, condensed, resisting = (
-            shapes.boundary[s],
-            _matrix(shapes, s, shapes.condensed),
-            product[: shapes.boundary[s]],
-        )
+        r, condensed = shapes.boundary[s], _matrix(shapes, s, shapes.condensed)
+        resisting = product[:r]
         for i in range(r):
             resisting[i] = 0.0
         for j in range(r):
@@ -445,12 +433,8 @@ def largest_block_resultant(blocks, force):
 @rule
 def _condense_tangent(blocks, d, tangents):
     """Condense the tangent of an active block to its boundary (r r,), from trial stresses; return whether it yields."""
-    s = blocks.shape[d]
-    n, r, condensed = (
-        blocks.shapes.size[s],
-        blocks.shapes.boundary[s],
-        _matrix(blocks.shapes, s, blocks.shapes.condensed),
-    )
+    shapes, s = blocks.shapes, blocks.shape[d]
+    n, r, condensed = shapes.size[s], shapes.boundary[s], _matrix(shapes, s, shapes.condensed)
     tangent, matrix, across = np.zeros((n, n)), np.zeros((n - r, n - r)), np.zeros((n - r, r))
     if not _fill_tangent(blocks, d, blocks.trial, tangent):
         for i in range(r):

@@ -17,16 +17,11 @@ from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
 from damagepred.kernels.dynamics.contact import BONDED, EDGE, FREE, POINT
 from damagepred.kernels.joint.parameters import joint_parameters
-from damagepred.solvers.options import DynamicsOptions
 
 EDGE_OVERRUN = 0.02
 """Length by which a point may pass the end of the edge it faces, over the length it stands for (1)."""
 RELEASE_OPENING = 0.1
 """Opening at which a point with a broken bond leaves its first edge, over the length it stands for (1)."""
-FACING_COSINE = 0.1
-"""Cosine of the angle between two faces that touch, least to count as facing each other (1). 0.1 is 84 degrees."""
-CONTINUATION_COSINE = 0.7
-"""Cosine of the angle between two edges from which pressure and friction pass from one to the next (1)."""
 MAX_CELLS = 100
 """Cells of points on a stretch of a face without joint."""
 
@@ -44,17 +39,15 @@ class BodyArrays(NamedTuple):
     first_edge: IntArray  # (polygons + 1,) start of the blocks' edges and, under a wall on ground, of its lowest level
     laws: NDArray[Any]  # (l,) ``JOINT_PARAMETERS`` of each bond, each followed by the law without bond
     radius: FloatArray  # (n,) largest distance of a corner from the centroid of its block (m)
-    facing_cosine: float
-    continuation_cosine: float
 
 
-def body_arrays(model: Model, origin: FloatArray, options: DynamicsOptions) -> BodyArrays:
+def body_arrays(model: Model, origin: FloatArray) -> BodyArrays:
     """Edges, points and laws of a model."""
     centre = np.column_stack((np.append(model.blocks.x, origin[0]), np.append(model.blocks.y, origin[1])))
     edges, first_edge = _edges(model, origin, centre)
     home = _bonded_edges(model, edges, first_edge)
-    joined = _joint_points(model, edges, home, centre, options)
-    points = np.concatenate((joined, _free_points(model, edges, first_edge, home, centre, options)))
+    joined = _joint_points(model, edges, home, centre)
+    points = np.concatenate((joined, _free_points(model, edges, first_edge, home, centre)))
     vertices, first = model.blocks.vertices, model.blocks.first_vertex
     owner = np.repeat(np.arange(model.n_blocks), np.diff(first))
     arm = np.hypot(vertices[:, 0] - model.blocks.x[owner], vertices[:, 1] - model.blocks.y[owner])
@@ -64,8 +57,6 @@ def body_arrays(model: Model, origin: FloatArray, options: DynamicsOptions) -> B
         first_edge=first_edge,
         laws=_laws(model),
         radius=np.maximum.reduceat(arm, first[:-1]),
-        facing_cosine=FACING_COSINE,
-        continuation_cosine=CONTINUATION_COSINE,
     )
 
 
@@ -139,9 +130,7 @@ def _bonded_edges(model: Model, edges: NDArray[Any], first_edge: IntArray) -> _B
     return _BondedEdges(*(np.array([find(int(n_), i, sign) for i, n_ in enumerate(b)], np.int64) for b, sign in blocks))
 
 
-def _joint_points(
-    model: Model, edges: NDArray[Any], home: _BondedEdges, centre: FloatArray, options: DynamicsOptions
-) -> NDArray[Any]:
+def _joint_points(model: Model, edges: NDArray[Any], home: _BondedEdges, centre: FloatArray) -> NDArray[Any]:
     face = model.interfaces
     m, q = face.contact_area.shape
     points = np.zeros((m, 2, q), dtype=POINT)
@@ -169,12 +158,7 @@ def _joint_points(
 
 
 def _free_points(
-    model: Model,
-    edges: NDArray[Any],
-    first_edge: IntArray,
-    home: _BondedEdges,
-    centre: FloatArray,
-    options: DynamicsOptions,
+    model: Model, edges: NDArray[Any], first_edge: IntArray, home: _BondedEdges, centre: FloatArray
 ) -> NDArray[Any]:
     """Points on the parts of faces without a joint, corners included."""
     law = _default_law(model)
@@ -184,7 +168,7 @@ def _free_points(
     on, along, length = [], [], []
     for edge, start, end in stretches:
         whole = float(edges["length"][edge])
-        for position, share in _spread(start, end, cell, start == 0.0, end == whole, MAX_CELLS):
+        for position, share in _spread(start, end, cell, start == 0.0, end == whole):
             on.append(edge)
             along.append(position)
             length.append(share)
@@ -225,11 +209,9 @@ def _free_stretches(
     return stretches
 
 
-def _spread(
-    start: float, end: float, cell: float, first: bool, last: bool, max_cells: int
-) -> list[tuple[float, float]]:
+def _spread(start: float, end: float, cell: float, first: bool, last: bool) -> list[tuple[float, float]]:
     """Gauss, Radau (one corner) or Lobatto points (both corners) of cells of a face, and their lengths (m)."""
-    count = min(max(1, round((end - start) / cell)), max_cells)
+    count = min(max(1, round((end - start) / cell)), MAX_CELLS)
     size = (end - start) / count
     points = []
     for k in range(count):

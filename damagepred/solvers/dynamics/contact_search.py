@@ -11,6 +11,9 @@ from damagepred.kernels.dynamics.contact import find_neighbours
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.body_motion import BlockStrains, Motion
 
+WIDE_BLOCK_RATIO = 4.0
+"""Width over the median from which a block is a candidate for every point (1)."""
+
 
 class NeighbourList(NamedTuple):
     """Blocks near each of p boundary points."""
@@ -24,11 +27,8 @@ class NeighbourList(NamedTuple):
 class NeighbourSearch:
     """Neighbour search, repeated after points have moved far enough."""
 
-    def __init__(
-        self, bodies: BodyArrays, motion: Motion, skin: float, distance: float, wide_block_ratio: float
-    ) -> None:
-        self._bodies, self._motion = bodies, motion
-        self._skin, self._wide_block_ratio, self.distance = skin, wide_block_ratio, distance
+    def __init__(self, bodies: BodyArrays, motion: Motion, skin: float, distance: float) -> None:
+        self._bodies, self._motion, self._skin, self.distance = bodies, motion, skin, distance
         none = np.zeros(0, np.int64)
         self.neighbours = NeighbourList(np.zeros(len(bodies.points) + 1, np.int64), none, none, np.zeros(0))
         self.searched_at = np.zeros_like(motion.displacement)
@@ -37,8 +37,7 @@ class NeighbourSearch:
     def update(self) -> None:
         """Search for neighbours at the present displacements."""
         if self.distance > 0.0:
-            pose, strains = self._motion.pose, self._motion.strains
-            self.neighbours = neighbour_list(self._bodies, pose, self._skin, self._wide_block_ratio, strains)
+            self.neighbours = neighbour_list(self._bodies, self._motion.pose, self._skin, self._motion.strains)
             self.searched_at[:] = self._motion.displacement
             self.count += 1
 
@@ -56,7 +55,7 @@ class NeighbourSearch:
 
 
 def neighbour_list(
-    scene: BodyArrays, pose: FloatArray, margin: float, wide: float, strains: BlockStrains | None = None
+    scene: BodyArrays, pose: FloatArray, margin: float, strains: BlockStrains | None = None
 ) -> NeighbourList:
     """Blocks nearer to each point than a margin."""
     points, edges = scene.points, scene.edges
@@ -67,7 +66,7 @@ def neighbour_list(
     high = np.maximum.reduceat(corner, scene.first_edge[:-1])
     low[corners < 3], high[corners < 3] = -np.inf, np.inf  # the endless ground
     width = high[:, 0] - low[:, 0]
-    is_wide = width > wide * np.median(width)
+    is_wide = width > WIDE_BLOCK_RATIO * np.median(width)
     narrow = np.flatnonzero(~is_wide)
     narrow = narrow[np.argsort(low[narrow, 0], kind="stable")]
     x_points = world_coordinates(pose, points["body"], points["x"], points["y"])[:, 0].copy()

@@ -21,6 +21,12 @@ from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING, LIVE
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.body_motion import BlockStrains, Motion, base_velocity, mass_of, moving_parts
 
+DIVERGENCE_ENERGY_RATIO = 10.0
+"""Energy over what there was and was put in, from which a run has diverged (1)."""
+DIVERGENCE_ENERGY_ERROR = 0.5
+"""Created energy over the largest energy reached, from which a run has diverged (1). The longest permitted steps create
+some where blocks bounce without damping."""
+
 
 class EnergyTerms(NamedTuple):
     """Energy terms of contacts and bodies summed by kernels (J)."""
@@ -110,12 +116,11 @@ class EnergyBalance:
             energy_error=external - change - friction - fracture - released - damping,
         )
 
-    def diverged(self, energy_ratio: float, error_ratio: float) -> bool:
+    def diverged(self) -> bool:
         """Whether the energy, or its error, is too large for a stable run."""
         now = self.balance()
         energy = now.kinetic_energy + now.elastic_energy
         self._input = max(self._input, abs(self._kinetic) + self._elastic + max(now.external_work, 0.0))
         self._largest = max(self._largest, self._input, energy)
-        return not (
-            energy <= energy_ratio * self._input + 1e-300 and -now.energy_error <= error_ratio * self._largest + 1e-300
-        )
+        possible = energy <= DIVERGENCE_ENERGY_RATIO * self._input + 1e-300
+        return not (possible and -now.energy_error <= DIVERGENCE_ENERGY_ERROR * self._largest + 1e-300)

@@ -34,19 +34,20 @@ from damagepred.solvers.dynamics.contact_search import NeighbourSearch, world_co
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance, EnergyTerms
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
 from damagepred.solvers.explicit.tiles import needs_full_law, softening_of
-from damagepred.solvers.options import DEFAULTS, DynamicsOptions
 from damagepred.solvers.state.increment import FootingResults, Increment, MotionResults
 from damagepred.solvers.state.wall_state import JointHistory, State
 from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
+SKIN = 0.1
+"""Distance within which blocks are neighbours of a point, over the size of the smallest block (1)."""
+SEARCH_DISTANCE = 0.4
+"""Movement of a point that triggers the next search, over that distance (1). Below one half, two points that approach
+each other have not met before."""
+POINT_STEPS_PER_CHECK = 5_000_000
+"""Points times steps between two checks for an interruption and for finite displacements."""
 OUTPUTS_AT_REST = 3
 """Outputs in a row with a speed below ``dynamics.rest_speed`` that end a run."""
-DIVERGENCE_ENERGY_RATIO = 10.0
-"""Energy over what there was and was put in, from which a run has diverged (1)."""
-DIVERGENCE_ENERGY_ERROR = 0.5
-"""Created energy over the largest energy reached, from which a run has diverged (1). The longest permitted steps create
-some where blocks bounce without damping."""
 
 
 class Imposed(NamedTuple):
@@ -69,23 +70,16 @@ class DynamicRun:
     """Run in physical time, iterable over its outputs."""
 
     @one_blas_thread()
-    def __init__(
-        self,
-        model: Model,
-        dynamics: Dynamics,
-        initial: State | None = None,
-        options: DynamicsOptions = DEFAULTS.dynamics,
-    ) -> None:
-        self.options = options
+    def __init__(self, model: Model, dynamics: Dynamics, initial: State | None = None) -> None:
         self.model, self.dynamics, self.system = model, dynamics, DiscreteSystem.of(model)
         origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])
-        self.bodies = body_arrays(model, origin, options)
+        self.bodies = body_arrays(model, origin)
         strains = block_strains(model, self.bodies)
         self.motion = motion_of(model, origin)._replace(strains=strains)
         points = self.bodies.points
         count = 2 * model.n_contacts
         self._bonded_at_start = points[:count].copy(), None if strains is None else strains.target[:count].copy()
-        self.frequency = highest_frequency(model, self.bodies, self.motion.inverse_mass, options, strains)
+        self.frequency = highest_frequency(model, self.bodies, self.motion.inverse_mass, strains)
         highest = self.frequency.touched if dynamics.new_contacts else self.frequency.intact
         interval = dynamics.run_duration / dynamics.outputs
         dry = bool((model.properties.tensile_strength <= 0.0).any())
@@ -102,9 +96,10 @@ class DynamicRun:
         self.ground_rate, self.has_live_load = _ground_rate(model), bool(self.system.live_load.any())
         dynamics.check_base()
         self.base = base_displacement(dynamics.base)
-        skin = options.skin * float(np.sqrt(model.blocks.area.min()))
-        distance = options.search_distance * skin if dynamics.new_contacts else 0.0
-        self.search = NeighbourSearch(self.bodies, self.motion, skin, distance, options.wide_block_ratio)
+        skin = SKIN * float(np.sqrt(model.blocks.area.min()))
+        self.search = NeighbourSearch(
+            self.bodies, self.motion, skin, SEARCH_DISTANCE * skin if dynamics.new_contacts else 0.0
+        )
         self.steps = self.output = 0
         self._begin(initial)
         terms = EnergyTerms(np.zeros(JOINT_TERMS), np.zeros(BODY_TERMS))
@@ -169,7 +164,7 @@ class DynamicRun:
         count = self.timing.steps
         time: FloatArray = self.time + self.timing.step * np.arange(count + 1, dtype=np.float64)
         loading = np.column_stack((self.base(time), self.load_factor(time)))
-        stretch = max(1, self.options.point_steps_per_check // len(self.bodies.points))
+        stretch = max(1, POINT_STEPS_PER_CHECK // len(self.bodies.points))
         done = 0
         ground_rate, line_end = self.ground_rate, 0
         while done < count:
@@ -198,7 +193,7 @@ class DynamicRun:
                 self._diverged(time[done])
             self.search.update_if_moved()
         self.output += 1
-        if self.energy.diverged(DIVERGENCE_ENERGY_RATIO, DIVERGENCE_ENERGY_ERROR):
+        if self.energy.diverged():
             self._diverged(self.time)
 
     def _next_ground_rate(self, load_factor: FloatArray, first: int) -> tuple[Imposed, int]:

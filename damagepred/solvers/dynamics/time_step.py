@@ -14,7 +14,6 @@ from damagepred.kernels.dynamics.contact import BONDED
 from damagepred.scene import Dynamics
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.body_motion import BlockStrains, along_and_outwards
-from damagepred.solvers.options import DynamicsOptions
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 EIGENVALUE_TOLERANCE = 1e-3
@@ -31,11 +30,7 @@ class HighestFrequency(NamedTuple):
 
 
 def highest_frequency(
-    model: Model,
-    scene: BodyArrays,
-    inverse_mass: FloatArray,
-    options: DynamicsOptions,
-    strains: BlockStrains | None = None,
+    model: Model, scene: BodyArrays, inverse_mass: FloatArray, strains: BlockStrains | None = None
 ) -> HighestFrequency:
     """Highest frequency of a model, and a bound with new contacts.
 
@@ -48,10 +43,10 @@ def highest_frequency(
     inverse[: inverse_mass.size] = inverse_mass.ravel()
     if strains is not None:
         inverse[system.strain_dofs] = strains.inverse_mass[:-1].ravel()
-    return HighestFrequency(_highest(stiffness, inverse, options), _touched(model, scene, inverse_mass, strains))
+    return HighestFrequency(_highest(stiffness, inverse), _touched(model, scene, inverse_mass, strains))
 
 
-def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray, options: DynamicsOptions) -> float:
+def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray) -> float:
     """Highest angular frequency (rad/s) of a stiffness; prescribed motion has an inverse mass of 0."""
     root = np.sqrt(inverse_mass)
     free = np.flatnonzero(root > 0)

@@ -30,7 +30,6 @@ from damagepred.solvers.explicit.tiles import (
     softening_of,
     take,
 )
-from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.wall_state import NO_ZONES, JointHistory, State, fields_of, without_bond
 from damagepred.solvers.state.zone_history import ZoneField
 from damagepred.solvers.system.collapse_criterion import detached_blocks
@@ -91,11 +90,8 @@ def scaled_mass(model: Model, damping: float, safety: float, pump: Pump | None =
 class DampedTimeStepping:
     """A wall in motion under damped time stepping."""
 
-    def __init__(
-        self, model: Model, settings: Solver, options: SolverOptions | None = None, commit_sections: bool = True
-    ) -> None:
+    def __init__(self, model: Model, settings: Solver, commit_sections: bool = True) -> None:
         self.model, self.settings = model, settings
-        self.options = SolverOptions.of(settings) if options is None else options
         commit_interval = SECTION_COMMIT_INTERVAL if commit_sections else 0
         self.joints, self.sections = pack_joints(model), pack_sections(model, commit_interval)
         self.special = True if needs_full_law(model) else None

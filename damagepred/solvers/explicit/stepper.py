@@ -22,6 +22,10 @@ from damagepred.solvers.system.loading_stages import activate_deferred_supports,
 
 DEFLECTION_TOLERANCE = 1e-7
 """Deflection that may be missing at rest (m)."""
+CHECK_INTERVAL = 50
+"""Cycles between two checks of the unbalanced force."""
+PASSED_CHECKS = 3
+"""Checks in a row below the tolerance; an oscillation passes through balance without rest."""
 GAIN_HALVING_CYCLES = 20_000
 """Cycles after which the gain of the jacks' control is halved where the wall still oscillates."""
 GAIN_HALVING_TIME = 30.0
@@ -46,12 +50,10 @@ class ExplicitStepper:
     """Damped time stepping as a ``Stepper`` of the load path."""
 
     def __init__(self, model: Model, settings: Solver, elastic_start: bool = True) -> None:
-        self.model, self.settings, options = model, settings, SolverOptions.of(settings)
-        self.options, self.deflection_tolerance = options.explicit, DEFLECTION_TOLERANCE
+        self.model, self.settings = model, settings
         self.bracket = Bracket(
             support_load=ZERO_LOAD_RATIO * float(np.abs(model.supports.load).sum()),
             load_factor=ZERO_LOAD_BRACKET,
-            max_iterations=options.jacks.max_iterations,
             collapse=COLLAPSE_BRACKET,
         )
         self.scheme = DampedTimeStepping(supported_during_load(model), settings)
@@ -109,17 +111,17 @@ class ExplicitStepper:
             self.scheme.damping = self.settings.damping
 
     def _equilibrate(self) -> Outcome:
-        scheme, options, tolerance = self.scheme, self.options, self.settings.tolerance_used
+        scheme, tolerance = self.scheme, self.settings.tolerance_used
         passed, spent, halved_at = 0, 0, 0
         while True:
-            scheme.cycle(options.check_interval)
-            spent += options.check_interval
+            scheme.cycle(CHECK_INTERVAL)
+            spent += CHECK_INTERVAL
             ratio = scheme.unbalanced_force_ratio()
             largest = float(ratio.max(initial=0.0))
             detached = self._part_detached(spent)
             missing = self._missing_deflection()
-            passed = passed + 1 if largest < tolerance and missing < self.deflection_tolerance else 0
-            if passed >= options.passed_checks:
+            passed = passed + 1 if largest < tolerance and missing < DEFLECTION_TOLERANCE else 0
+            if passed >= PASSED_CHECKS:
                 return Outcome(largest, balanced=True, collapsed=False)
             if detached:
                 return Outcome(largest, balanced=False, collapsed=True)
@@ -129,7 +131,7 @@ class ExplicitStepper:
                 halved_at = spent
                 if largest >= tolerance:
                     scheme.pump.halve_gain()  # a wall that has softened may oscillate with the control
-            halving = spent % DAMPING_HALVING_CYCLES < options.check_interval
+            halving = spent % DAMPING_HALVING_CYCLES < CHECK_INTERVAL
             if halving and scheme.zones is not None and self._joint_yielded():
                 scheme.damping = min(scheme.damping, max(0.5 * scheme.damping, MINIMUM_DAMPING))
             if spent >= self.settings.maximum_cycles:
@@ -144,7 +146,7 @@ class ExplicitStepper:
         largest, dof = float(ratio.max()), int(ratio.argmax())
         block = int(self.scheme.system.block_of_dof[dof])
         suspect = self.settings.time_step_safety > TRUSTED_TIME_STEP and largest > 1.0
-        short = "" if missing < self.deflection_tolerance else f", the deflection is {missing:.2g} m short"
+        short = "" if missing < DEFLECTION_TOLERANCE else f", the deflection is {missing:.2g} m short"
         return ConvergenceError(
             f"increment {self.number} did not settle within {spent} cycles: the unbalanced force is "
             f"{largest:.2g} block weights at {self.scheme.model.describe_block(block)}, allowed is "
@@ -233,5 +235,5 @@ def explicit_path(
     model: Model, settings: Solver, increments: int, *, elastic_start: bool = True
 ) -> Iterator[Increment]:
     """Increments of the movement; ``elastic_start``: begin from the elastic solution under dead load."""
-    creep = SolverOptions.of(settings).creep
-    yield from follow_movement(ExplicitStepper(model, settings, elastic_start), model, increments, creep)
+    longest_step = SolverOptions.of(settings).creep.longest_step
+    yield from follow_movement(ExplicitStepper(model, settings, elastic_start), model, increments, longest_step)

@@ -10,23 +10,28 @@ import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
+from damagepred.kernels.equilibrium.predictor import EVENT_TOLERANCE, OVERLOAD_TOLERANCE, WEAK_BOND_OVERLOAD
 from damagepred.kernels.interface.commit import break_in_shear
-from damagepred.solvers.options import ContinuationOptions
 from damagepred.solvers.state.wall_state import JointHistory, State
+
+SIMULTANEOUS_FAILURES = 1e-4
+"""Bonds whose load is within this share of the largest fail together (1)."""
+WEAK_BOND_GROUP = 0.5
+"""Share of the largest overload from which weak bonds fail with the most overloaded one (1)."""
 
 
 class BondFailures:
     """Bonds of one wall, and the load factor at which each has failed."""
 
-    def __init__(self, model: Model, options: ContinuationOptions, history: JointHistory) -> None:
-        law, self.options = model.properties, options
+    def __init__(self, model: Model, history: JointHistory) -> None:
+        law = model.properties
         weak = self.weak = (law.tensile_strength < model.block_stress) & ~law.brittle_shear
         # contacts (m, q) with a bond at the start, contacts without one that have not opened, load factors at failure
         self.bonded, self.never_opened = ~history.cracked, history.cracked.copy()
         self.broken_at = np.full(history.cracked.shape, np.nan)  # NaN for bonds that hold
         has_bond = self.bonded.any(axis=1)
         self.any_weak, self.all_weak = bool(weak.any()), bool(has_bond.any() and weak[has_bond].all())
-        self._event_overload = np.where(weak[:, None], options.weak_bond_overload, options.event_tolerance)
+        self.event_overload = np.where(weak[:, None], WEAK_BOND_OVERLOAD, EVENT_TOLERANCE)
         self._residual_strength, self._normal_stiffness = law.residual_tensile_strength, law.normal_stiffness
         self._recloses = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
         plain = (law.residual_tensile_strength == 0) & (law.critical_opening == 0)
@@ -49,11 +54,10 @@ class BondFailures:
 
     def fail_together(self, load: FloatArray, heaviest: float, cracked: BoolArray) -> BoolArray:
         """Mask (m, q) of the bonds that fail with the most loaded one: as loaded, or weak and overloaded."""
-        options = self.options
-        broken = load >= heaviest * (1.0 - options.simultaneous_failures)
+        broken = load >= heaviest * (1.0 - SIMULTANEOUS_FAILURES)
         if self.any_weak:
-            group = options.weak_bond_group * (heaviest - 1.0)
-            weak = np.flatnonzero((load > 1.0 + options.overload_tolerance) & (load >= 1.0 + group))
+            group = WEAK_BOND_GROUP * (heaviest - 1.0)
+            weak = np.flatnonzero((load > 1.0 + OVERLOAD_TOLERANCE) & (load >= 1.0 + group))
             weak = weak[self.weak[weak // load.shape[1]] & ~cracked[weak]]
             broken.ravel()[weak] = True
         return broken
@@ -77,10 +81,6 @@ class BondFailures:
         self.broken_at = self.broken_at.copy()  # who keeps an earlier point of the path keeps the array
         broken_at = self.broken_at.ravel()
         broken_at[listed[self.bonded.ravel()[listed] & np.isnan(broken_at[listed])]] = state.load_factor
-
-    def at_event(self, load: FloatArray) -> bool:
-        """Whether no bond is overloaded beyond its event tolerance."""
-        return bool((load <= 1.0 + self._event_overload).all())
 
     def reclose(self, history: JointHistory, opening: FloatArray, except_for: BoolArray) -> bool:
         """Re-close cracked joints whose trial stress is within their residual strength; whether any does."""

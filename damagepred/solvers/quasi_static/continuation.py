@@ -16,9 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.diagnostics import Counters
+from damagepred.kernels.equilibrium.predictor import EVENT_TOLERANCE, OVERLOAD_TOLERANCE
 from damagepred.runtime.time_limit import check_time
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
@@ -26,11 +27,13 @@ from damagepred.solvers.quasi_static.bond_failures import BondFailures
 from damagepred.solvers.quasi_static.dynamic_relaxation import is_detached, snap_through
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, Methods
-from damagepred.solvers.quasi_static.step_control import EnergyControl, Point, StepControl
+from damagepred.solvers.quasi_static.step_control import MAX_HALVINGS, Point, StepControl, next_length
 from damagepred.solvers.state.wall_state import JointHistory, State, without_bond
 from damagepred.solvers.system.footing_forces import set_linear_stresses
 from damagepred.solvers.system.loading_stages import unilateral_supports
 
+FIRST_STEP = 0.005
+"""First step of the movement of a wall without bonds, over the movement (1); the energy balance lengthens it."""
 LEAST_HALVINGS = 1
 """Halvings that are tried at least where earlier ones were in vain."""
 INTERPOLATION_AIM = 0.5
@@ -48,23 +51,22 @@ class Continuation:
         self.model = model
         self.tolerance = settings.tolerance_used
         self.options = SolverOptions.of(settings)
-        control = self.options.continuation
         self.equilibrium = Equilibrium(model, self.tolerance, self.options)
         self.last_stable_load_factor, self._locates_collapse = np.nan, bool(model.supports.live_load.any())
-        self.events, self._allowed_halvings = 0, control.max_halvings + 1  # the first that are in vain do not count
+        self.events, self._allowed_halvings = 0, MAX_HALVINGS + 1  # the first that are in vain do not count
         # largest residual since the last report of accepted states that are no equilibria
         self.largest_accepted_residual = 0.0
         self.balance = EnergyBalance(self.tolerance / self.equilibrium.per_weight)
-        self.energy_control = EnergyControl(settings.step_energy_tolerance, self.options.energy)
+        self._energy_tolerance = settings.step_energy_tolerance
         history = JointHistory.fresh(model)
         history.cracked[without_bond(model)] = True
-        self.bonds = BondFailures(model, control, history)
+        self.bonds = BondFailures(model, history)
         # weak bonds break while a wall relaxes: if all are, it relaxes, once it has had to, where Newton's method fails
         self._relaxes = False
         # an error as large as the work controls nothing
         controls = settings.step_energy_tolerance < 1.0 and not self._locates_collapse
         # of the movement; no event shortens it in a wall without bonds
-        self._first_step = control.first_step if controls and not self.bonds.bonded.any() else np.inf
+        self._first_step = FIRST_STEP if controls and not self.bonds.bonded.any() else np.inf
         self._longest_step = self._first_step  # allowed by the energy balance at the end of the last increment
         if settings.condense:  # joints with a gap carry nothing until they close
             self.equilibrium.uncondense_interfaces(history.cracked.any(axis=1) & (model.properties.gap == 0.0))
@@ -78,7 +80,7 @@ class Continuation:
         self.equilibrium = Equilibrium(model, self.tolerance, self.options)
         self.equilibrium.equations.continue_counts(before.equations)
         if before.superelements is not None and self.equilibrium.superelements is not None:
-            self.equilibrium.superelements.activate_as_in(before.superelements)
+            self.equilibrium.superelements.law.blocks.active[before.superelements.active] = True
         if before.condensed:
             inelastic = history.cracked | (history.slip != 0.0) | (history.dilatant_opening != 0.0)
             self.equilibrium.uncondense_interfaces(inelastic.any(axis=1))
@@ -167,7 +169,7 @@ class Continuation:
         """
         state = self.state
         steps = (self._longest_step, self._first_step) if load == state.load else ()
-        control = StepControl.start(state, (load, load_factor), self.options, self._locates_collapse, *steps)
+        control = StepControl.start(state, (load, load_factor), self._locates_collapse, *steps)
         while True:
             check_time()
             if control.has_located_collapse(state) and control.collapsed_state is not None:
@@ -215,7 +217,7 @@ class Continuation:
             control.halve_step(state, target)
             return None
         if residual < self.tolerance and control.halvings:
-            self._allowed_halvings = min(self._allowed_halvings + 1, self.options.continuation.max_halvings + 1)
+            self._allowed_halvings = min(self._allowed_halvings + 1, MAX_HALVINGS + 1)
         if residual < self.tolerance:
             return _Trial(trial, residual, trial)
         collapse_known = control.collapse_point is not None
@@ -233,16 +235,16 @@ class Continuation:
 
     def _end_step(self, state: State, target: Point, trial: _Trial, control: StepControl) -> tuple[State, float, bool]:
         """State to continue from, its unbalanced force ratio, and whether the increment ends with it."""
-        options, step = self.options.continuation, state.distance(target)
+        step = state.distance(target)
         heaviest = self.equilibrium.largest_bond_load(trial.state)
         # beyond a jump no shorter step comes nearer to the event that fails the middles of bricks in shear
         located = trial.snapped and self.bonds.fail_in_shear and step <= control.shortest_halved_step
-        at_event = heaviest <= 1.0 + options.event_tolerance or step <= control.minimum_event_step or located
+        at_event = heaviest <= 1.0 + EVENT_TOLERANCE or step <= control.minimum_event_step or located
         if self.bonds.any_weak and not at_event:
-            at_event = self.bonds.at_event(self.equilibrium.bond_load)
+            at_event = bool((self.equilibrium.bond_load <= 1.0 + self.bonds.event_overload).all())
         if at_event and not self._commit_within_energy_error(trial.state, step, trial.snapped, control):
             return state, np.inf, False
-        if heaviest <= 1.0 + options.overload_tolerance:
+        if heaviest <= 1.0 + OVERLOAD_TOLERANCE:
             state, residual = trial.state, trial.residual
             if self.bonds.can_reclose:
                 state, residual = self._redistribute_failures(state, residual)
@@ -292,7 +294,9 @@ class Continuation:
         before, damage = (copy(self.bonds), copy(self.balance)), self.bonds.damage(trial.history)
         self.commit(trial, unstable=snapped, snapped=snapped)
         growth = self.bonds.damage(trial.history) - damage
-        length = np.inf if snapped else self.energy_control.next_length(before[1], self.balance, growth, step)
+        length = np.inf
+        if not snapped:
+            length = next_length(self._energy_tolerance, before[1], self.balance, growth, step)
         error = self.balance.energy_error - before[1].energy_error
         # live loads already use small steps
         if length < step and step > control.shortest_refined_step and not self._locates_collapse:
@@ -323,10 +327,14 @@ class Continuation:
         parted_again = np.zeros(state.history.cracked.size, dtype=np.bool_)
         while True:
             heaviest = self.equilibrium.largest_bond_load(state)
-            overloaded = heaviest > 1.0 + self.options.continuation.overload_tolerance
+            overloaded = heaviest > 1.0 + OVERLOAD_TOLERANCE
             if overloaded:
                 parted_again[self.fail_bonds(state, heaviest)] = True
-            if not (self._reclose(state, except_for=parted_again.reshape(state.history.slip.shape)) or overloaded):
+            # cracked joints whose trial stress is within their residual strength
+            closed = self.bonds.can_reclose and self.bonds.reclose(
+                state.history, self.stresses(state)[0], except_for=parted_again.reshape(state.history.slip.shape)
+            )
+            if not (closed or overloaded):
                 return state, ratio
             trial = state.at(state.load, state.load_factor, plain=self.equilibrium.plain)
             ratio = self.equilibrium.find(trial)
@@ -337,10 +345,6 @@ class Continuation:
                 return trial, ratio
             state = trial
             self.commit(state, unstable=True, snapped=snapped)
-
-    def _reclose(self, state: State, except_for: BoolArray) -> bool:
-        """Re-close cracked joints whose trial stress is within their residual strength; return whether any does."""
-        return self.bonds.can_reclose and self.bonds.reclose(state.history, self.stresses(state)[0], except_for)
 
     def stresses(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q)."""

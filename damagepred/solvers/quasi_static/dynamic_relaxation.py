@@ -15,14 +15,16 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
+from damagepred.kernels.equilibrium.residual import DEFLECTION_TOLERANCE
 from damagepred.scene import Solver
 from damagepred.solvers.explicit.scheme import DampedTimeStepping, is_mechanism, with_lasting_bonds
-from damagepred.solvers.options import DEFAULTS, DynamicRelaxationOptions, SolverOptions
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.state.wall_state import JointHistory, State, fields_of
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, detached_blocks
 from damagepred.solvers.system.loading_stages import unilateral_supports
 
+RAMP_CYCLES = 3000
+"""Cycles in which the movement is applied."""
 FIRST_CHECK = 500
 """Cycles before the first convergence check."""
 CHECK_GROWTH = 1.2
@@ -34,7 +36,11 @@ SLOWING_RATIO = 0.8
 DAMPING_CYCLES = 4000
 """Cycles after which damping is reduced."""
 DAMPING_DECAY = 0.8
-"""Factor on the damping at each check from there on (1)."""
+"""Factor on the damping at each check from there on (1). Stick-slip shakes the moving blocks. Local damping, a share of
+these forces, then brakes them like a friction that does not exist: a wall beyond its limit load would creep. So damping
+is reduced once the impact of the load has died away."""
+MINIMUM_DAMPING = 0.1
+"""Least local damping (1)."""
 UPLIFT_CHECKS = 2
 """Checks in a row at which a footing on jacks floats above all supports, after which it has lifted off."""
 VOLUME_RATE_GROWTH = 4.0
@@ -52,8 +58,6 @@ class VolumeCorrection:
     """
 
     rate: float  # volume per deflection (1): of the tangent, then the secant of the last correction
-    options: DynamicRelaxationOptions = DEFAULTS.dynamic_relaxation  # limits of the rate and of the wall's answer
-    deflection_tolerance: float = DEFAULTS.jacks.deflection_tolerance  # missing deflection that needs no correction (m)
     _last: float = 0.0
     _corrected_at: float = 0.0
     _deflection: float = np.inf
@@ -61,7 +65,7 @@ class VolumeCorrection:
     def settles(self, deflection: float, missing: float) -> bool:
         """Whether the wall has responded to the last correction and deflection is still missing."""
         change, self._deflection = abs(deflection - self._deflection), deflection
-        return abs(missing) > self.deflection_tolerance and change <= VOLUME_ANSWER * abs(missing)
+        return abs(missing) > DEFLECTION_TOLERANCE and change <= VOLUME_ANSWER * abs(missing)
 
     def next(self, deflection: float, missing: float) -> float:
         """Return the next correction of the volume by the secant method (m)."""
@@ -76,9 +80,9 @@ def relax_dynamically(
     model: Model,
     start: State,
     start_load_factor: float,
-    cycles_share: float = 1.0,
-    volume_per_deflection: float | None = None,
-    options: SolverOptions = DEFAULTS,
+    max_cycles: int,
+    cycles_share: float,
+    volume_per_deflection: float | None,
 ) -> Iterator[State]:
     """Relax a wall from its last equilibrium ``start``: ramp of the movement, then local damping; yield its states.
 
@@ -86,21 +90,18 @@ def relax_dynamically(
     compress joints until blocks fly off and stay where they wedge. Each check of convergence yields one state, the last
     one detached or out of cycles. ``volume_per_deflection``: of the tangent; None under a given load of the jacks.
     """
-    control = options.dynamic_relaxation
     # no bond breaks meanwhile, nor do sections crack for good
-    run = _at(model, replace(start, load_factor=start_load_factor), options, volume_per_deflection)
+    run = _at(model, replace(start, load_factor=start_load_factor), volume_per_deflection)
     if start.load_factor != start_load_factor:
-        run.advance(control.ramp_cycles, start.load_factor, run.load_share)
+        run.advance(RAMP_CYCLES, start.load_factor, run.load_share)
         run.stop()
-    correction = None
-    if volume_per_deflection is not None:
-        correction = VolumeCorrection(volume_per_deflection, control, options.jacks.deflection_tolerance)
+    correction = None if volume_per_deflection is None else VolumeCorrection(volume_per_deflection)
     window = CONVERGENCE_WINDOW
     cycles, begun, speeds = FIRST_CHECK, run.cycles, [np.inf] * (window + 1)
     supports, floating_checks = unilateral_supports(model), 0
-    while run.cycles < control.max_cycles * (1 if speeds[-1] < SLOWING_RATIO * speeds[-1 - window] else cycles_share):
+    while run.cycles < max_cycles * (1 if speeds[-1] < SLOWING_RATIO * speeds[-1 - window] else cycles_share):
         if run.cycles > begun + DAMPING_CYCLES:
-            run.damping = max(DAMPING_DECAY * run.damping, control.minimum_damping)
+            run.damping = max(DAMPING_DECAY * run.damping, MINIMUM_DAMPING)
         before = run.motion.displacement.copy()
         if run.pump is not None and correction is not None:
             deflection, missing = float(run.pump.weights @ before), run.pump.missing(start.load_factor, before)
@@ -134,11 +135,11 @@ def _mark_parted(model: Model, history: JointHistory, opening: FloatArray) -> No
     history.kappa[brittle] = parted[brittle]
 
 
-def collapse_motion(model: Model, state: State, nearly_at_rest: bool, options: SolverOptions) -> State | None:
+def collapse_motion(model: Model, state: State, nearly_at_rest: bool) -> State | None:
     """State of a collapsing wall by the collapse-mechanism test, or None; it is not made on jacks."""
     if model.jacks is not None:
         return None
-    run = _at(model, state, options)
+    run = _at(model, state)
     if not is_mechanism(run, nearly_at_rest):
         return None
     plastic = state.plastic if run.zones is None else run.zones.plastic()
@@ -147,18 +148,16 @@ def collapse_motion(model: Model, state: State, nearly_at_rest: bool, options: S
 
 def residual_in_motion(model: Model, state: State) -> float:
     """Largest residual force of a collapsing wall over the mean block weight, after one cycle of its motion."""
-    run = _at(model, state, DEFAULTS)
+    run = _at(model, state)
     run.cycle(1)
     return float(run.unbalanced_force_ratio().max())
 
 
-def _at(
-    model: Model, state: State, options: SolverOptions, volume_per_deflection: float | None = None
-) -> DampedTimeStepping:
+def _at(model: Model, state: State, volume_per_deflection: float | None = None) -> DampedTimeStepping:
     """Return the explicit scheme at rest in a state, with lasting bonds; jacks without a pump keep their load."""
     lasting, jacks = with_lasting_bonds(model), model.jacks
     pumped = lasting if volume_per_deflection is not None else replace(lasting, jacks=None)
-    run, load = DampedTimeStepping(pumped, Solver(), options, commit_sections=False), state.load
+    run, load = DampedTimeStepping(pumped, Solver(), commit_sections=False), state.load
     if jacks is not None and run.pump is None:
         # a prescribed load grows with the movement from the load of the level state
         growth = (
@@ -173,6 +172,10 @@ def _at(
     return run
 
 
+FALLBACK_RESIDUAL_TOLERANCE = 1e-3
+"""Residual that is accepted where Coulomb friction admits no equilibrium (mean block weights)."""
+STAGNATION_LIMIT = 8
+"""States in a row that do not halve the least residual, after which such a state is taken."""
 FALLBACK_DEFLECTION_TOLERANCE = 1e-7
 """Missing deflection of jacks up to which a state without equilibrium is accepted (m)."""
 
@@ -195,33 +198,32 @@ def snap_through(wall: Equilibrium, state: State, start_load_factor: float, cycl
 
     Coulomb friction has no potential: under some loads two joints push each other in turn (cyclic stick-slip), and no
     choice of sliding joints is an equilibrium. The state with the smallest residual is then accepted if that is below
-    ``fallback_residual_tolerance``. A creeping wall may have as small a residual, but moves on in the
+    ``FALLBACK_RESIDUAL_TOLERANCE``. A creeping wall may have as small a residual, but moves on in the
     collapse-mechanism test: it collapses.
     """
-    options, ratio = wall.options.continuation, np.inf
-    best, least, reference, stagnating = state, np.inf, np.inf, 0
-    volume = wall.volume_per_deflection()
-    for resting in relax_dynamically(wall.model, state, start_load_factor, cycles_share, volume, wall.options):
+    best, least, reference, stagnating, ratio = state, np.inf, np.inf, 0, np.inf
+    volume, most = wall.volume_per_deflection(), wall.options.dynamic_relaxation.max_cycles
+    for resting in relax_dynamically(wall.model, state, start_load_factor, most, cycles_share, volume):
         if wall.jacks is not None:
             resting.jack = wall.jacks.load_at(resting.load_factor, resting.jack)
         if is_detached(wall.model, resting):
             return Rest(resting, np.inf)
         _activate_inelastic(wall, resting, state.history)
-        ratio, found = wall.find_nearby(resting)
+        found, ratio = wall.newton(resting, resting.displacement)
         if ratio < wall.tolerance:
             resting.displacement[:] = found
             return Rest(resting, ratio)
         if abs(wall.missing_deflection(resting, found)) > FALLBACK_DEFLECTION_TOLERANCE:
             # stick-slip does not excuse a missing deflection
-            ratio = max(ratio, options.fallback_residual_tolerance)
+            ratio = max(ratio, FALLBACK_RESIDUAL_TOLERANCE)
         if ratio < least:
             best, least = resting, ratio
             best.displacement[:] = found
         stagnating, reference = (0, least) if least < 0.5 * reference else (stagnating + 1, reference)
-        if least < options.fallback_residual_tolerance and stagnating >= options.stagnation_limit:
+        if least < FALLBACK_RESIDUAL_TOLERANCE and stagnating >= STAGNATION_LIMIT:
             break
-    accepted = least < options.fallback_residual_tolerance
-    collapsing = collapse_motion(wall.model, resting, accepted, wall.options)
+    accepted = least < FALLBACK_RESIDUAL_TOLERANCE
+    collapsing = collapse_motion(wall.model, resting, accepted)
     if collapsing is not None:
         return Rest(collapsing, np.inf)
     return Rest(best, 0.0, wall.accept_unconverged(best)) if accepted else Rest(resting, ratio)

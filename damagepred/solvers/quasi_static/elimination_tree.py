@@ -24,7 +24,6 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.house import HouseModel
 from damagepred.enumerations import ContactKind
-from damagepred.solvers.options import DEFAULTS, LinearSystemOptions
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.discrete_system import DiscreteSystem, interface_kinematics
 
@@ -105,7 +104,9 @@ COURSE_SHARE = 0.7
 """Weight of a separator in the plan of a house over its heaviest course, up to which it divides the house there (1)."""
 PLAN_SHARES = (0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65)
 """Shares of the weight of a part of a house at which it may be divided: cuts through openings are lighter (1)."""
-_recent: deque[tuple[tuple[Any, ...], LinearSystemOptions, tuple[Any, ...], EliminationTree]] = deque(maxlen=2)
+DISSECTED_SIZE = 48
+"""Degrees of freedom of a part of the wall above which it is divided by a separator."""
+_recent: deque[tuple[tuple[Any, ...], tuple[Any, ...], EliminationTree]] = deque(maxlen=2)
 """Trees made before: all samples of a wall share one; supports that act later make another."""
 
 
@@ -116,7 +117,7 @@ class ElasticFactors(NamedTuple):
     of: tuple[FloatArray | BoolArray, ...]
     # by their names in the table of the tangent equations; empty until a second wall has been made of the same
     arrays: dict[str, FloatArray]
-    elastic_complements: FloatArray  # options of ``MultifrontalSystem``
+    elastic_complements: FloatArray  # of ``MultifrontalSystem``
     held: bool  # whether the other fronts hold the condensed ones
 
 
@@ -142,18 +143,13 @@ class EliminationTree:
 
     elastic_factors: ElasticFactors | None = None
 
-    def __init__(
-        self,
-        system: DiscreteSystem,
-        superelements: Superelements | None,
-        options: LinearSystemOptions = DEFAULTS.linear_system,
-    ) -> None:
+    def __init__(self, system: DiscreteSystem, superelements: Superelements | None) -> None:
         self.kinematics = interface_kinematics(system.model)
         boundaries = [] if superelements is None else superelements.boundary
         dofs = system.free_dofs if superelements is None else np.setdiff1d(system.free_dofs, superelements.interior)
         # node and front of each free degree of freedom, sorted by front: the order of elimination, from the root
         node = self._set_nodes(system, dofs)
-        front = self._order(system, options)[node]
+        front = self._order(system)[node]
         in_order = np.lexsort((dofs, node, front))
         self.dofs, node, front = dofs[in_order], node[in_order], front[in_order]
         self.count = int(front.max(initial=-1)) + 1
@@ -174,23 +170,18 @@ class EliminationTree:
         self.superelements = of_blocks._replace(index_in_front=np.concatenate([np.empty(0, dtype=np.int64), *rows]))
 
     @classmethod
-    def of(
-        cls,
-        system: DiscreteSystem,
-        superelements: Superelements | None,
-        options: LinearSystemOptions = DEFAULTS.linear_system,
-    ) -> EliminationTree:
+    def of(cls, system: DiscreteSystem, superelements: Superelements | None) -> EliminationTree:
         """Return the tree of a wall; the last wall's tree if it has the same geometry and supports."""
         if superelements is not None:
-            return cls(system, superelements, options)
+            return cls(system, superelements)
         model = system.model
         same = model.blocks, model.interfaces
         equal = model.supports.prescribed, model.guides, np.array([] if model.footing is None else model.footing)
-        for known, its_options, its_equal, tree in tuple(_recent):  # threads may add to it
-            if all(map(is_, known, same)) and its_options == options and all(map(np.array_equal, its_equal, equal)):
+        for known, its_equal, tree in tuple(_recent):  # threads may add to it
+            if all(map(is_, known, same)) and all(map(np.array_equal, its_equal, equal)):
                 return tree
-        tree = cls(system, None, options)
-        _recent.append((same, options, equal, tree))
+        tree = cls(system, None)
+        _recent.append((same, equal, tree))
         return tree
 
     @property
@@ -220,10 +211,6 @@ class EliminationTree:
         found[fronts] = True
         return found[:-1]
 
-    def in_fronts(self, fronts: BoolArray) -> BoolArray:
-        """Mask (m,) of the interfaces assembled in some fronts."""
-        return np.append(fronts, False)[self.interfaces.front]
-
     # -- order ----------------------------------------------------------------------------------------------------
 
     def _set_nodes(self, system: DiscreteSystem, dofs: IntArray) -> IntArray:
@@ -248,7 +235,7 @@ class EliminationTree:
         self._weight = np.bincount(node[dofs], minlength=len(self._block))
         return node[dofs]
 
-    def _order(self, system: DiscreteSystem, options: LinearSystemOptions) -> IntArray:
+    def _order(self, system: DiscreteSystem) -> IntArray:
         """Front of each node: separators in plan, then chains up to the last plane of weakness, dissection beyond."""
         model, n = system.model, system.model.n_blocks
         face, level_of_block = model.interfaces, block_levels(system)
@@ -276,7 +263,7 @@ class EliminationTree:
                 else:
                     parts.append(nodes)
         # a part that is condensed is a better start for Newton's method than none
-        smallest = min(options.dissected_size, int(self._weight.sum()) // 8)
+        smallest = min(DISSECTED_SIZE, int(self._weight.sum()) // 8)
         dissection = Dissection(np.concatenate(places), *of_nodes)
         for part in parts:
             in_chain = level_of_node[part] <= last

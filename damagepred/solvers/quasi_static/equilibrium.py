@@ -29,6 +29,16 @@ FULL_UPDATES = 6
 """Tresca problems after which the bounds are updated in full; later updates are under-relaxed."""
 UPDATES_PER_FACTOR = 12
 """Updates with each of them; the last holds from there on."""
+MAX_ITERATIONS = 60
+"""Tresca problems solved for one equilibrium."""
+MAX_NEWTON_ITERATIONS = 400
+"""Newton iterations of one search while none has been in vain."""
+STAGNATION_LIMIT = 8
+"""Iterations in a row that do not halve the least residual, after which the search ends."""
+FORCING_SHARE = 0.01
+"""Residual tolerance of a Tresca problem over the residual of the Coulomb law with its bounds (1)."""
+RELAXATION_FACTORS = (0.5, 0.3, 0.15)
+"""Successive factors of under-relaxation (1)."""
 MAX_FAILURES = 4
 """Failures of a search by the Tresca fixed point that count."""
 
@@ -50,7 +60,13 @@ class Iterate(NamedTuple):
 
 
 class Equilibrium(Residual):
-    """Finds equilibria of a wall."""
+    """Finds equilibria of a wall.
+
+    A search by the Tresca fixed point in vain costs more than dynamic relaxation. After each, the next search gets half
+    the Newton iterations; after the second, third, ... the following 1, 3, 7 equilibria are sought by Newton's method
+    alone. The first takes none away: where joints without a bond slide, half a step mostly finds an equilibrium where
+    the whole step does not. A search that succeeds takes one failure back.
+    """
 
     def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
         super().__init__(model, tolerance, options)
@@ -120,22 +136,21 @@ class Equilibrium(Residual):
         a share of the residual of the Coulomb law, which remains with frozen bounds (Dembo, Eisenstat and Steihaug
         1982). A warm start takes the first bounds from the present displacements.
         """
-        options = self.options.coulomb
-        most = self.newton_iterations + (options.max_newton_iterations >> self._failures)
+        most = self.newton_iterations + (MAX_NEWTON_ITERATIONS >> self._failures)
         bounds, history = self.components.bounds, state.history
         bounds.bound[:], bounds.dilatant_opening[:], bounds.kappa[:] = NO_LIMIT, history.dilatant_opening, history.kappa
         if warm:
             self.update_tresca_bounds(state, 1.0)
         ratio, least, since = np.inf, np.inf, 0
         forcing = self._forcing(state) if warm else FIRST_FORCING
-        for attempt in range(WARM_START_ITERATIONS if warm else options.max_iterations):
+        for attempt in range(WARM_START_ITERATIONS if warm else MAX_ITERATIONS):
             self.minimise(state, forcing)
             if self.has_diverged(state):
                 break
             relaxation = 1.0
             if attempt >= FULL_UPDATES:  # bounds that overshoot are under-relaxed
                 update = (attempt - FULL_UPDATES) // UPDATES_PER_FACTOR
-                relaxation = options.relaxation_factors[min(update, len(options.relaxation_factors) - 1)]
+                relaxation = RELAXATION_FACTORS[min(update, len(RELAXATION_FACTORS) - 1)]
             self.update_tresca_bounds(state, relaxation)
             found, ratio = self.newton(state, state.displacement)
             if ratio < self.tolerance:
@@ -144,19 +159,14 @@ class Equilibrium(Residual):
             forcing = self._forcing(state)
             since = 0 if ratio < 0.5 * least else since + 1
             least = min(least, ratio)
-            if since > options.stagnation_limit or self.newton_iterations > most:
+            if since > STAGNATION_LIMIT or self.newton_iterations > most:
                 break
         return ratio
 
     def _forcing(self, state: State) -> float:
         """Residual tolerance of the next Tresca problem (mean block weights)."""
         ratio = self.residual(state, state.displacement)[1]
-        return max(self.tolerance, min(self.options.coulomb.forcing_share * ratio, FIRST_FORCING))
-
-    def find_nearby(self, state: State) -> tuple[float, FloatArray]:
-        """Unbalanced force ratio and displacements of the best iterate of Newton's method from a state."""
-        found, ratio = self.newton(state, state.displacement)
-        return ratio, found
+        return max(self.tolerance, min(FORCING_SHARE * ratio, FIRST_FORCING))
 
     def accept_unconverged(self, state: State) -> float:
         """Store the tangent of a state that is no equilibrium, complete it, and return its unbalanced force ratio."""

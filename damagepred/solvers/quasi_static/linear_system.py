@@ -15,14 +15,14 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.kernels.linear.condensation import Condensation, condense_forces, elastic_energy
-from damagepred.kernels.linear.correction import Correction, correct, respond
+from damagepred.kernels.linear.correction import MAX_LOOP_ROWS, Correction, correct, respond
 from damagepred.kernels.linear.dense import dense_workspace, invert
 from damagepred.kernels.linear.factors import BlockTangents, Factors, Tree, eliminate
 from damagepred.kernels.linear.solver import (
     CORRECTIONS,
     FACTORISATIONS,
     ITERATIONS,
-    Costs,
+    RESPONSE_BATCH,
     Solver,
     TangentSolution,
     eliminate_outdated,
@@ -30,21 +30,17 @@ from damagepred.kernels.linear.solver import (
     solve_tangent,
 )
 from damagepred.kernels.linear.substitution import Rows, Substitution, back, forward, solve_columns
-from damagepred.solvers.options import DEFAULTS, LinearSystemOptions
+from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.elimination_tree import ElasticFactors, EliminationTree
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
-SINGULAR_PIVOT_RATIO = 1e-12
-"""Smallest pivot over the largest below which condensed fronts count as not held (1)."""
+REGULARISATION = 1e-7
+"""Share of the elastic diagonal stiffness that is added to the diagonal, so that detached blocks stay finite (1)."""
+MAX_CHANGED_INTERFACES = 200
+"""Interfaces that a Woodbury correction may have; the unit-load responses of as many take memory."""
 MAX_SHARED_MEMORY = 0.1
 """Up to which the factors of condensed fronts are kept for the next wall of the same geometry and stiffness (GB)."""
-INVERSION_PANEL = 16
-"""Columns of a front's stiffness that are inverted at a time."""
-RESPONSE_BATCH = 96
-"""Unit loads whose responses are computed at a time."""
-MAX_LOOP_ROWS = 8
-"""Right-hand sides up to which loops are faster than matrix products of BLAS."""
 
 
 class ActivePart(NamedTuple):
@@ -75,14 +71,14 @@ class MultifrontalSystem:
         system: DiscreteSystem,
         elastic: FloatArray,
         superelements: Superelements | None = None,
-        options: LinearSystemOptions = DEFAULTS.linear_system,
+        max_memory: float = DEFAULTS.linear_system.max_memory,
     ) -> None:
-        self.model, self.options, self.elastic = system.model, options, elastic
-        self.tree = EliminationTree.of(system, superelements, options)
-        if (needed := 8e-9 * self.tree.matrix_entries) > options.max_memory:
+        self.model, self.elastic = system.model, elastic
+        self.tree = EliminationTree.of(system, superelements)
+        if (needed := 8e-9 * self.tree.matrix_entries) > max_memory:
             raise InputError(
                 f"the quasi-static solver would need {needed:.0f} GB for its matrices, and takes "
-                f"{options.max_memory:g} GB at most; take a larger solver.zone_size, cut fewer blocks, or take "
+                f"{max_memory:g} GB at most; take a larger solver.zone_size, cut fewer blocks, or take "
                 f"method = 'explicit'."
             )
         self._superelements, self._stiffness = superelements, elastic
@@ -97,7 +93,7 @@ class MultifrontalSystem:
 
     def _make_factors(self, system: DiscreteSystem) -> None:
         """Allocate the factors of all fronts."""
-        tree, options, count = self.tree, self.options, len(self.elastic)
+        tree, count = self.tree, len(self.elastic)
         size, edge = tree.size, tree.boundary_size
         largest = int((size + edge).max(initial=1))
         strain = np.zeros(self.model.size)
@@ -129,7 +125,7 @@ class MultifrontalSystem:
             interface_front=tree.interfaces.front,
             interface_index=tree.interfaces.index_in_front,
             strain_stiffness=strain,
-            regularisation=options.regularisation * np.where(diagonal > 0.0, diagonal, typical),
+            regularisation=REGULARISATION * np.where(diagonal > 0.0, diagonal, typical),
         )
         self._arrays = {
             "inverses": np.zeros(inverse_start[-1]),
@@ -141,11 +137,10 @@ class MultifrontalSystem:
             "unsymmetric": none.copy(),
         }
         self._outdated, self._yields, self._stale = none.copy(), none.copy(), none.copy()
-        slots = options.max_changed_interfaces
         self.factors = Factors(
             tree=fixed,
             blocks=self._block_tangents(),
-            dense=dense_workspace(max(largest, 3 * slots), INVERSION_PANEL, SINGULAR_PIVOT_RATIO),
+            dense=dense_workspace(max(largest, 3 * MAX_CHANGED_INTERFACES)),
             yields=self._yields,
             outdated=self._outdated,
             front=np.empty(largest**2),
@@ -155,10 +150,9 @@ class MultifrontalSystem:
 
     def _make_room(self) -> _Room:
         """Memory of all active parts; memory that is not touched costs nothing."""
-        tree, options, size, count = self.tree, self.options, self.model.size, len(self.elastic)
-        slots, rows = options.max_changed_interfaces, max(MAX_LOOP_ROWS, 2)
-        room_rows = {"response": 3 * slots, "right": 2, "particular": 2 * rows}
-        edge = max(int(tree.boundary_size.max(initial=0)), 1)
+        size, count, slots = self.model.size, len(self.elastic), MAX_CHANGED_INTERFACES
+        room_rows = {"response": 3 * slots, "right": 2, "particular": 2 * MAX_LOOP_ROWS}
+        edge = max(int(self.tree.boundary_size.max(initial=0)), 1)
         correction = {
             "interface_of_slot": np.empty(slots, dtype=np.int64),
             "compliance": np.empty((3 * slots, 3 * slots)),
@@ -174,7 +168,7 @@ class MultifrontalSystem:
         }
         return _Room(
             rows={name: (number, np.empty(number * size)) for name, number in room_rows.items()},
-            gathered=np.empty((max(rows, RESPONSE_BATCH), edge)),
+            gathered=np.empty((RESPONSE_BATCH, edge)),
             target=self.elastic.copy(),
             counts=np.zeros(3, dtype=np.int64),
             lists=(np.empty(count, dtype=np.int64), np.empty(3 * count, dtype=np.int64)),
@@ -210,7 +204,7 @@ class MultifrontalSystem:
 
     def activate(self, fronts: BoolArray) -> None:
         """Set the active fronts and make their ``solver``; the next solution factorises. ``condense`` calls it."""
-        tree, options, count = self.tree, self.options, len(self.elastic)
+        tree, count = self.tree, len(self.elastic)
         self.condensation: StaticCondensation | None = None
         self._stale[:] = fronts & (self._stale | ~self.active.fronts)  # regularised only while active
         active, dofs = np.append(fronts, True)[tree.interfaces.front], tree.dofs[np.repeat(fronts, tree.size)]
@@ -222,7 +216,7 @@ class MultifrontalSystem:
         room = {name: room[: number * size].reshape(number, size) for name, (number, room) in memory.rows.items()}
         changed, new = memory.lists
         self.solver = Solver(
-            substitution=self._substitution(fronts, fronts, room["particular"]),
+            substitution=self.substitution(fronts, fronts, room["particular"]),
             correction=Correction(
                 index=index,
                 slot=np.full(count, -1, dtype=np.int64),
@@ -231,15 +225,11 @@ class MultifrontalSystem:
                 corrected_count=0,
                 occupied=0,
                 loads=0,
-                tolerance=options.woodbury_tolerance,
                 **memory.correction,
             ),
-            costs=Costs(
-                factorisation=self.factorisation_cost,
-                solution=2.0 * float(operations[fronts].sum()),
-                refactorisation_ratio=options.refactorisation_ratio,
-                spent=0.0,
-            ),
+            factorisation_cost=self.factorisation_cost,
+            solution_cost=2.0 * float(operations[fronts].sum()),
+            spent=0.0,
             active=self.active.interfaces,
             active_dofs=dofs,
             target=memory.target,
@@ -249,14 +239,12 @@ class MultifrontalSystem:
             stale=self._stale,
             must_factorise=np.ones(1, dtype=np.bool_),
             counts=memory.counts,
-            batch=RESPONSE_BATCH,
-            loop_rows=MAX_LOOP_ROWS,
             eliminate=eliminate,
             respond=respond,
             correct=correct,
         )
 
-    def _substitution(self, fronts: BoolArray, in_rows: BoolArray, particular: FloatArray) -> Substitution:
+    def substitution(self, fronts: BoolArray, in_rows: BoolArray, particular: FloatArray) -> Substitution:
         """Substitution with some ``fronts``; right-hand sides have rows for the degrees of freedom of ``in_rows``."""
         tree = self.tree
         start = np.cumsum(in_rows * tree.size) - in_rows * tree.size
@@ -278,18 +266,11 @@ class MultifrontalSystem:
         )
         return made
 
-    def condensed_substitution(self) -> Substitution:
-        """Substitution with the condensed fronts, in rows of all degrees of freedom."""
-        fronts, everything = ~self.active.fronts, np.ones_like(self.active.fronts)
-        return self._substitution(fronts, everything, np.empty((0, len(self.tree.dofs))))
-
     def are_active(self, interfaces: BoolArray | IntArray) -> bool:
         """Whether all listed interfaces are in active fronts."""
         return bool(np.append(self.active.fronts, True)[self.tree.interfaces.front[interfaces]].all())
 
-    def condense(
-        self, fronts: BoolArray, load: FloatArray, live_load: FloatArray | None = None
-    ) -> StaticCondensation | None:
+    def condense(self, fronts: BoolArray, load: FloatArray, live_load: FloatArray) -> StaticCondensation | None:
         """Make some fronts and their ancestors active and condense the others; None: these would not be held."""
         fronts = self.tree.ancestors(fronts)
         condensed = self.active.fronts & ~fronts
@@ -308,7 +289,7 @@ class MultifrontalSystem:
 
     def _eliminate_condensed(self, fronts: BoolArray) -> bool:
         """Whether ancestors hold eliminated elastic fronts; equal walls from the third on reuse results."""
-        interfaces, tree = np.flatnonzero(self.tree.in_fronts(fronts)), self.tree
+        interfaces, tree = np.flatnonzero(np.append(fronts, False)[self.tree.interfaces.front]), self.tree
         self._room.target[interfaces] = self.elastic[interfaces]
         small = 8e-9 * tree.matrix_entries <= MAX_SHARED_MEMORY
         if not (small and np.isnan(self._arrays["stiffness"]).all()):
@@ -392,10 +373,12 @@ def factorisation_costs(size: IntArray, edge: IntArray) -> FloatArray:
 class StaticCondensation:
     """Static condensation (Guyan 1965) of elastic subtrees to superelements on ``boundary_dofs`` of active fronts."""
 
-    def __init__(self, equations: MultifrontalSystem, load: FloatArray, live_load: FloatArray | None) -> None:
-        tree, active, substitution = equations.tree, equations.active.fronts, equations.condensed_substitution()
+    def __init__(self, equations: MultifrontalSystem, load: FloatArray, live_load: FloatArray) -> None:
+        tree, active = equations.tree, equations.active.fronts
+        # with the condensed fronts, in rows of all degrees of freedom
+        substitution = equations.substitution(~active, np.ones_like(active), np.empty((0, len(tree.dofs))))
         # dead and live load, eliminated from the condensed fronts up to their boundaries
-        loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
+        loads = np.stack((load, live_load))
         reduced, particular = np.ascontiguousarray(loads[:, tree.dofs]), np.empty((2, len(tree.dofs)))
         equations.reached[:] = True
         condense_forces(substitution, reduced, particular)

@@ -16,7 +16,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
 from damagepred.kernels.concrete_section.structures import Sections, Wires
-from damagepred.kernels.equilibrium.completion import Completed, complete, store_tangent
+from damagepred.kernels.equilibrium.completion import RATE_STEP, Completed, complete, store_tangent
 from damagepred.kernels.equilibrium.joints import (
     add_internal_forces,
     add_section_forces,
@@ -30,7 +30,6 @@ from damagepred.kernels.equilibrium.predictor import interpolate_event, predict
 from damagepred.kernels.equilibrium.residual import Steps, residual_from_python, solve_step, wall_residual
 from damagepred.kernels.equilibrium.tresca import minimise_tresca
 from damagepred.kernels.equilibrium.wall import (
-    PARAMETERS,
     Bonds,
     Components,
     Freedoms,
@@ -45,7 +44,7 @@ from damagepred.kernels.equilibrium.wall import (
 from damagepred.kernels.equilibrium.wall import State as WallState
 from damagepred.kernels.interface.residual import within_limit
 from damagepred.kernels.joint.limits import NO_LIMIT
-from damagepred.kernels.joint.return_mapping import ReturnMapping
+from damagepred.kernels.joint.return_mapping import all_plain
 from damagepred.kernels.linear.condensation import Condensation
 from damagepred.kernels.linear.solver import solve_tangent
 from damagepred.kernels.zone.superelement import BlockLaw
@@ -105,8 +104,6 @@ class JackControl:
 
 DIVERGENCE_DISPLACEMENT = 10.0
 """Displacement over the detachment limit beyond which no equilibrium is sought (1)."""
-FINITE_DIFFERENCE_STEP = 1e-7
-"""Increment of the load factor for the rate of the forces (1)."""
 PREDICTOR_AIM = 0.1
 """Overload at which the tangent predictor aims, over the event tolerance (1)."""
 
@@ -147,13 +144,6 @@ class ExternalLoad:
         return self._force
 
 
-class _Supports(NamedTuple):
-    """Interfaces of supported blocks and of the ground, and whether a support moves."""
-
-    interfaces: IntArray
-    move: bool
-
-
 class Residual:
     """Residual force of a wall with condensed elastic parts, and its linearisation; ``wall`` is for kernels."""
 
@@ -163,14 +153,14 @@ class Residual:
         self.jacks, self.superelements = JackControl.of(model), None
         loads = self.system.dead_load, self.system.live_load
         if model.mesh is not None:
-            self.superelements = Superelements(self.system, options.newton.interior_tolerance)
+            self.superelements = Superelements(self.system)
             loads = self.superelements.condensed_loads[0], self.superelements.condensed_loads[1]
         self.loads, self._inside = ExternalLoad(*loads), empty_state()
         self._completed = Completed(True)
         rest, supports = State.rest(model), model.supports
         self._make_components()
         elastic = self._elastic_stiffness(rest)
-        self.equations = MultifrontalSystem(self.system, elastic, self.superelements, options.linear_system)
+        self.equations = MultifrontalSystem(self.system, elastic, self.superelements, options.linear_system.max_memory)
         self._moving = self._moving_interfaces()
         self._never_condensed = self._always_active_fronts()
         self._detachment_limit = float(np.abs(supports.start).max(initial=0.0)), DetachmentLimit.of(model)
@@ -230,11 +220,6 @@ class Residual:
         return self.equations.active.dofs
 
     @property
-    def supports_move(self) -> bool:
-        """Whether a support moves."""
-        return self._supports.move
-
-    @property
     def has_potential(self) -> bool:
         """Whether residual forces of the elastic wall are the slope of a potential, and a line search leads down it.
 
@@ -253,7 +238,8 @@ class Residual:
         if self.superelements is None:
             held = self.system.block_of_dof[model.supports.prescribed]
             listed = np.flatnonzero(self._are_on(np.append(held, model.n_blocks)))
-        self._supports = _Supports(self._jointed(listed), bool(model.supports.prescribed_displacement.any()))
+        self._supported = self._jointed(listed)  # interfaces of supported blocks and of the ground
+        self.supports_move = bool(model.supports.prescribed_displacement.any())
         self._make_wall()
 
     @property
@@ -278,10 +264,9 @@ class Residual:
 
     def _make_components(self) -> None:
         """Make the components that resist, and the arrays that iterations fill."""
-        model, options, shape = self.model, self.options.continuation, self.model.interfaces.contact_area.shape
-        return_mapping = self.options.return_mapping.for_kernels(model.joint_parameters)
-        elastic = model.interfaces.elastic
-        self.steps = joint_steps(return_mapping.general, None if elastic is None else True)
+        model, shape = self.model, self.model.interfaces.contact_area.shape
+        general = None if all_plain(model.joint_parameters) else True
+        self.steps = joint_steps(general, None if model.interfaces.elastic is None else True)
         footing = SectionLaw.empty()
         if model.sections is not None:
             fields, wires = model.sections._asdict(), Wires(**model.sections.wires._asdict())
@@ -289,7 +274,7 @@ class Residual:
             values = np.zeros((len(model.sections.interface), 6))
             footing = SectionLaw(present=True, sections=sections, values=values, add_forces=add_section_forces)
         self.components = Components(
-            joints=self._joint_structure(return_mapping),
+            joints=self._joint_structure(),
             law=self.steps.law(),
             bounds=TrescaBounds(
                 bound=np.full(shape, NO_LIMIT), dilatant_opening=np.zeros(shape), kappa=np.zeros(shape)
@@ -302,15 +287,14 @@ class Residual:
             load_at_start=np.zeros(shape),
             slides=np.zeros(shape[0], dtype=np.bool_),
             overloaded=self._all_interfaces,
-            overload_tolerance=options.overload_tolerance,
-            event_tolerance=options.event_tolerance,
-            weak_bond_overload=options.weak_bond_overload,
         )
         size, count = model.size, shape[0]
         self._lasting: dict[str, Any] = {
             "components": self.components,
             "bonds": bonds,
-            "parameters": _parameters_of(self.options, self.tolerance),
+            "tolerance": self.tolerance,
+            "newton_iterations": self.options.newton.max_iterations,
+            "line_search_iterations": self.options.newton_with_line_search.max_iterations,
             "stiffness": np.zeros((count, 9)),
             "tangent": np.zeros((count, 9)),
             "rate": np.zeros(size),
@@ -319,7 +303,7 @@ class Residual:
             "pairs": np.empty((4, size)),
         }
 
-    def _joint_structure(self, return_mapping: ReturnMapping) -> Joints:
+    def _joint_structure(self) -> Joints:
         """Interfaces and joint law, as structures for kernels."""
         model, system, records = self.model, self.system, self.model.interface_records
         elastic = model.interfaces.elastic
@@ -332,7 +316,6 @@ class Residual:
             side_rows=np.zeros((len(records.edge), 2, 3, 2)) if elastic is None else elastic.rows,
             strain_stiffness=system.strain_stiffness,
             first_strain=system.strain_dofs.start,
-            return_mapping=np.array(return_mapping[:-1], dtype=np.float64),  # without ``general``, known at compilation
             block_stress=model.block_stress,
             # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
             no_strength=self.tolerance * model.block_stress,
@@ -353,7 +336,7 @@ class Residual:
         equations, jacks, none = self.equations, self.jacks, np.empty(0)
         if self.superelements is not None:
             active = np.append(equations.active.fronts, True)[equations.tree.superelements.front]
-            self.superelements.set_condensed(~active)
+            self.superelements.law.blocks.condensed[:] = ~active
         condensation, moving, part = equations.condensation, self._moving, equations.active
         self.wall = Wall(
             interfaces=Interfaces(
@@ -374,7 +357,6 @@ class Residual:
             solver=equations.solver,
             condensation=Condensation.empty() if condensation is None else condensation.structure,
             solve_tangent=solve_tangent,
-            rate_step=FINITE_DIFFERENCE_STEP,
             **self._lasting,
         )
 
@@ -422,9 +404,8 @@ class Residual:
         ground, supports, load_factor = self.model.ground, self.model.supports, state.load_factor
         if self._moving is None:
             return None, supports.prescribed_displacement
-        step = FINITE_DIFFERENCE_STEP
-        moved = step * ground.load_factor_rate(load_factor) * supports.prescribed_displacement
-        return ground.at(load_factor + step), moved
+        moved = RATE_STEP * ground.load_factor_rate(load_factor) * supports.prescribed_displacement
+        return ground.at(load_factor + RATE_STEP), moved
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
@@ -477,7 +458,7 @@ class Residual:
         if self.jacks is not None:
             force += state.jack * self.jacks.push
         stiffness = self._lasting["stiffness"]
-        add_internal_forces(self.components, inside, self._supports.interfaces, True, u, force, stiffness)
+        add_internal_forces(self.components, inside, self._supported, True, u, force, stiffness)
         return force
 
     def commit_joint_history(self, state: State, never_opened: BoolArray) -> tuple[JointEnergy, Ground]:
@@ -617,8 +598,9 @@ class Residual:
 
     def uncondense(self, fronts: BoolArray) -> None:
         """Make some fronts (F,) and their ancestors active too; all others are elastic and condensed."""
-        equations = self.equations
-        wanted = fronts | self._never_condensed | self._active_block_fronts()
+        equations, wanted = self.equations, fronts | self._never_condensed
+        if self.superelements is not None:
+            wanted |= equations.tree.fronts_of_superelements(self.superelements.active)
         if self.condensed:
             wanted |= equations.active.fronts
         if not self.condensed or (wanted & ~equations.active.fronts).any():
@@ -645,11 +627,6 @@ class Residual:
             found |= tree.fronts_of_superelements(blocks.activate_yielding(state.displacement, state.plastic))
         return found if found.any() else None
 
-    def _active_block_fronts(self) -> BoolArray:
-        """Return the fronts (F,) of uncondensed deformable blocks."""
-        tree, blocks = self.equations.tree, self.superelements
-        return tree.fronts_of_superelements(np.empty(0, dtype=np.int64) if blocks is None else blocks.active)
-
     def complete(self, state: State) -> None:
         """Recover condensed fronts and the inside of blocks in the displacements of a state; fill bond loads."""
         self._completed = Completed(*complete(self.wall, self._in_state(state), self._displacement_of(state, None)))
@@ -663,13 +640,3 @@ class JointEnergy(NamedTuple):
     mode_1_dissipation: float
     stored: float  # elastic energy, and accumulated softening work of all other bonds
     softened: float
-
-
-def _parameters_of(options: SolverOptions, tolerance: float) -> np.ndarray:
-    """Parameters of the iterations: one record for kernels."""
-    parameters = np.zeros(1, PARAMETERS)
-    for kind in ("newton", "newton_with_line_search", "line_search"):
-        for name in parameters[kind].dtype.names or ():
-            parameters[kind][name] = getattr(getattr(options, kind), name)
-    parameters["tolerance"], parameters["deflection_tolerance"] = tolerance, options.jacks.deflection_tolerance
-    return parameters

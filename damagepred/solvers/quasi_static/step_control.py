@@ -6,10 +6,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from damagepred.solvers.options import DEFAULTS, ContinuationOptions, EnergyOptions, SolverOptions
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.state.wall_state import Point, State
 
+MAX_HALVINGS = 5
+"""Halvings of a step without equilibrium."""
+COLLAPSE_BRACKET = 1e-4
+"""Load factor between the last equilibrium and collapse under live load (1)."""
+STEP_SHARE = 0.2
+"""Share of the tolerated energy error that one step may contribute (1)."""
+SAFETY = 0.8
+"""Factor on the step length that the error asks for (1)."""
+REFINEMENTS = 7
+"""Halvings of an increment, or of a shorter first step, down to its shortest step."""
 EVENT_STEP_GROWTH = 4.0
 """Growth of the shortest step to an event when a bond that fails in a longer step holds in shorter ones (1)."""
 DISTANT_STEP_GROWTH = 4.0
@@ -34,28 +43,21 @@ STEP_GROWTH = 4.0
 """Largest factor from one step to the next (1)."""
 
 
-@dataclass(frozen=True)
-class EnergyControl:
-    """Step control by the energy balance, and by the damage of softening bonds (Gutierrez 2004).
+def next_length(tolerance: float, before: EnergyBalance, after: EnergyBalance, damage: float, step: float) -> float:
+    """Step length by the energy balance, and by the ``damage`` of softening bonds in this step (Gutierrez 2004).
 
     Between two equilibria joints open and slide. Work by the trapezoidal rule and dissipation by the return mapping
     (backward Euler) are wrong there by second order of the step: the imbalance measures it. A step whose imbalance is
-    too large is repeated with a part of its length.
+    too large is repeated with a part of its length. ``tolerance``: imbalance summed along the path over the largest
+    external work (1).
     """
-
-    tolerance: float  # energy error summed along the path over the largest external work (1)
-    options: EnergyOptions = DEFAULTS.energy  # limits of the refinement
-
-    def next_length(self, before: EnergyBalance, after: EnergyBalance, damage: float, step: float) -> float:
-        """Step length whose imbalance (second order) is allowed; ``damage``: of softening bonds in this step."""
-        error = (after.energy_error - before.energy_error) - (after.section_error - before.section_error)
-        options = self.options
-        allowed = max(options.step_share * self.tolerance * after.largest_work, after.residual_work)
-        factor = options.safety * float(np.sqrt(allowed / error)) if error > 0.0 else np.inf
-        if damage > 0.0:
-            factor = min(factor, options.safety * DAMAGE_GROWTH / damage)
-        longer = error <= allowed and damage <= DAMAGE_GROWTH
-        return step * (min(max(factor, 1.0), STEP_GROWTH) if longer else max(factor, SHORTEST_CUT))
+    error = (after.energy_error - before.energy_error) - (after.section_error - before.section_error)
+    allowed = max(STEP_SHARE * tolerance * after.largest_work, after.residual_work)
+    factor = SAFETY * float(np.sqrt(allowed / error)) if error > 0.0 else np.inf
+    if damage > 0.0:
+        factor = min(factor, SAFETY * DAMAGE_GROWTH / damage)
+    longer = error <= allowed and damage <= DAMAGE_GROWTH
+    return step * (min(max(factor, 1.0), STEP_GROWTH) if longer else max(factor, SHORTEST_CUT))
 
 
 @dataclass
@@ -63,7 +65,6 @@ class StepControl:
     """Step control of one increment: the next target, and what bounds it. Each method is one transition."""
 
     goal: Point  # load and load factor at the end of the increment
-    options: ContinuationOptions  # limits of steps and brackets
     minimum_step: float  # distance to a rejected target below which a distant equilibrium is sought (1)
     collapse_bracket: float  # distance between the last equilibrium and collapse at which collapse is located (1)
     # length of step that is neither halved for want of an equilibrium nor refined by the energy balance (1)
@@ -91,21 +92,19 @@ class StepControl:
         cls,
         state: State,
         goal: Point,
-        options: SolverOptions,
         locates_collapse: bool,
         longest_step: float = np.inf,
         first_step: float = np.inf,
     ) -> StepControl:
         """Return the step control at the start of an increment."""
-        control, length = options.continuation, state.distance(goal)
-        minimum_step = max(control.collapse_bracket, length / 2**control.max_halvings)
+        length = state.distance(goal)
+        minimum_step = max(COLLAPSE_BRACKET, length / 2**MAX_HALVINGS)
         return cls(
             goal,
-            control,
             minimum_step,
-            control.collapse_bracket if locates_collapse else minimum_step * (1.0 + 1e-9),
-            1.5 * length / 2**control.max_halvings,
-            min(length, first_step) / 2**options.energy.refinements,
+            COLLAPSE_BRACKET if locates_collapse else minimum_step * (1.0 + 1e-9),
+            1.5 * length / 2**MAX_HALVINGS,
+            min(length, first_step) / 2**REFINEMENTS,
             MINIMUM_EVENT_STEP * length,
             longest_step,
         )
@@ -134,7 +133,7 @@ class StepControl:
 
     def may_halve(self, step: float, allowed: int) -> bool:
         """Whether a step without equilibrium may be halved."""
-        return self.halvings < min(allowed, self.options.max_halvings) and step > self.shortest_halved_step
+        return self.halvings < min(allowed, MAX_HALVINGS) and step > self.shortest_halved_step
 
     def halve_step(self, state: State, target: Point) -> None:
         """Go to the midpoint of a step without equilibrium."""
@@ -150,7 +149,7 @@ class StepControl:
         """Take a target as collapse; nearer to the last equilibrium there may be another."""
         self.collapse_point, self.collapse_residual = target, residual
         self.collapsed_state = replace(collapsed, load=target[0], load_factor=target[1])
-        self.minimum_step = self.options.collapse_bracket
+        self.minimum_step = COLLAPSE_BRACKET
         self.rejected_target = self.next_point = None
 
     def allow_step(self, length: float, step: float) -> None:

@@ -40,12 +40,7 @@ class QuasiStaticStepper:
     def __init__(self, model: Model, settings: Solver) -> None:
         self.model, self.settings = model, settings
         self.path = Continuation(supported_during_load(model), settings)
-        options = self.path.options.jacks
-        self.bracket = Bracket(
-            ZERO_LOAD_RATIO * float(np.abs(model.supports.load).sum()),
-            ZERO_LOAD_BRACKET,
-            options.max_iterations,
-        )
+        self.bracket = Bracket(ZERO_LOAD_RATIO * float(np.abs(model.supports.load).sum()), ZERO_LOAD_BRACKET)
         self.number, self._before, self._detachment_limit = 0, Counters(), DetachmentLimit.of(model)
 
     def begin_increment(self, number: int) -> None:
@@ -150,8 +145,8 @@ class QuasiStaticStepper:
 
 def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
     """Follow the movement increment by increment."""
-    creep = SolverOptions.of(settings).creep
-    yield from follow_movement(QuasiStaticStepper(model, settings), model, increments, creep)
+    longest_step = SolverOptions.of(settings).creep.longest_step
+    yield from follow_movement(QuasiStaticStepper(model, settings), model, increments, longest_step)
 
 
 @one_blas_thread()

@@ -30,7 +30,6 @@ from damagepred.kernels.zone.superelement import (
     update_block_tangents,
     update_from_python,
 )
-from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.state.increment import ZoneResults
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.state.zone_history import exceeds_yield_limit, zone_results
@@ -64,7 +63,7 @@ class BlockShape(NamedTuple):
 class Superelements:
     """Deformable blocks of a model: degrees of freedom of each ``boundary``, ``elastic`` stiffness there (N/m)."""
 
-    def __init__(self, system: DiscreteSystem, interior_tolerance: float = DEFAULTS.newton.interior_tolerance) -> None:
+    def __init__(self, system: DiscreteSystem) -> None:
         model = system.model
         assert model.mesh is not None
         self.model, self.mesh, self.block = model, model.mesh, model.mesh.block
@@ -91,7 +90,7 @@ class Superelements:
         self.tangents = np.concatenate([k.ravel() for k in self.elastic])
         self.law = BlockLaw(
             present=True,
-            blocks=self._structure(shapes, rows, loads, particular, interior_tolerance),
+            blocks=self._structure(shapes, rows, loads, particular),
             place_facets=place_block_facets,
             add_forces=add_block_forces,
             largest_resultant=largest_block_resultant,
@@ -102,7 +101,7 @@ class Superelements:
         )
 
     def _structure(
-        self, shapes: list[BlockShape], rows: FloatArray, loads: FloatArray, particular: FloatArray, tolerance: float
+        self, shapes: list[BlockShape], rows: FloatArray, loads: FloatArray, particular: FloatArray
     ) -> DeformableBlocks:
         """All blocks as one structure for kernels: matrices once per shape, other arrays once per block."""
         model, mesh, count = self.model, self.mesh, len(self.block)
@@ -152,7 +151,6 @@ class Superelements:
             condensed=np.zeros(count, dtype=np.bool_),
             yielding=np.zeros(count, dtype=np.bool_),
             outdated=np.zeros(1, dtype=np.bool_),
-            tolerance=tolerance,
         )
         return made
 
@@ -205,10 +203,6 @@ class Superelements:
         """Blocks of which a zone yields, or has yielded."""
         return np.flatnonzero(self.law.blocks.active)
 
-    def set_condensed(self, condensed: BoolArray) -> None:
-        """Set which blocks (d,) belong to condensed fronts."""
-        self.law.blocks.condensed[:] = condensed
-
     def update_tangents(self, solver: Solver) -> None:
         """Condense the tangents of active blocks as of the last residual, for the next solution."""
         if self.yields.any():
@@ -225,10 +219,6 @@ class Superelements:
     def activate_plastic(self, plastic: FloatArray) -> IntArray:
         """Activate the blocks in which any zone has plastic strain (z, 4); return those activated now."""
         return self._activate((plastic != 0.0).any(axis=1))
-
-    def activate_as_in(self, other: Superelements) -> None:
-        """Activate the blocks that are active in another set, of the same wall with other supports."""
-        self.law.blocks.active[other.active] = True
 
     def _activate(self, zones: BoolArray) -> IntArray:
         """Activate the blocks of some zones (z,); return those activated now."""
