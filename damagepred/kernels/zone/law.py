@@ -132,7 +132,7 @@ def lesser(x, y):
 
 @law
 def _nearer(best, other):
-    """The one of two candidates, each a margin and what goes with it, that is nearer to admissible."""
+    """Candidate with the larger margin, the first of its values: the nearer to admissible."""
     return other if other[0] > best[0] else best
 
 
