@@ -172,7 +172,7 @@ def posterior_dataset(
     states: Sequence[States],
 ) -> xr.Dataset:
     """Dataset of the posterior of some studies."""
-    misfits, replayed = [each.misfit for each in states], [each.replayed for each in states]
+    misfits, replayed = np.array([each.misfit for each in states]), [each.replayed for each in states]
     steps, among = max(weight.shape[1] for weight in weights), special.softmax(np.log(prior[:-1]) + evidence[:-1])
     highest = min(highest_category(walls.ds) for walls in studies)
     units = {walls.units for walls in studies}
@@ -188,7 +188,7 @@ def posterior_dataset(
         if seen.dates:
             futures[-1] = futures[-1].merge(over_time(walls, seen, each, options, highest))
     effective = np.array([min(effective_samples(w.sum(axis=1)), each.effective) for w, each in zip(weights, states)])
-    resemblance = special.chdtrc(seen.count, np.array(misfits))
+    resemblance = special.chdtrc(seen.count, misfits.sum(axis=1))
     usable = (effective >= options.fewest_effective) & (resemblance >= options.resemblance)
     with np.errstate(divide="ignore"):
         odds = np.clip(cause / (1.0 - cause), 1.0 / LARGEST_ODDS, LARGEST_ODDS)
@@ -209,7 +209,8 @@ def posterior_dataset(
             "log_evidence": ("study", evidence[:-1], {"units": "1"}),
             "effective_samples": ("study", effective, {"units": "1"}),
             "replayed": ("study", np.array(replayed), {"units": "1"}),
-            "least_misfit": ("study", np.array(misfits), {"units": "1"}),
+            "least_misfit": ("study", misfits.sum(axis=1), {"units": "1"}),
+            "misfit_of_observation": (("study", "observation"), misfits, {"units": "1"}),
             "resemblance": ("study", resemblance, {"units": "1", "long_name": "probability of a larger misfit"}),
             "resembles": (
                 "study",
@@ -229,6 +230,7 @@ def posterior_dataset(
         },
         {
             "study": [walls.name for walls in studies],
+            "observation": seen.names,
             "quantile": list(options.quantiles),
             "further": ("further", list(options.further), {"units": "1"}),
             "category": np.arange(1, highest + 1),

@@ -18,6 +18,7 @@ from damagepred.uq.history import PARAMETERS, PRESENT, Histories, drawn_historie
 from damagepred.uq.movement_distribution import MovementDistribution
 from damagepred.uq.observations import Observations
 from damagepred.uq.samplers import unit_points
+from damagepred.uq.survey_likelihood import Fit
 
 CELLS = 400_000  # states times histories whose likelihood is computed at a time: some arrays of 3 MB
 ROUNDS, WALLS, DEFENSIVE, KERNEL, MORE = 8, 60, 0.2, 0.5, 4
@@ -63,7 +64,7 @@ class States(NamedTuple):
     """States of a study's walls."""
 
     log: FloatArray  # (samples, increments): logarithm of the weight, not normalised
-    misfit: float  # least of all states
+    misfit: FloatArray  # (quantities,): that of each quantity of the survey in the state with the least sum
     replayed: int
     past: Histories = PRESENT
     # drawn from the posterior: sample, increment and number of the history
@@ -97,7 +98,7 @@ def states_of(
         first = _near_posterior(walls, seen, prior, rows, options, local=False) if several else now
         log = all_samples(_log_likelihood(walls, seen, first, rows, local=False))
         if not np.isfinite(log).any():
-            return States(log, np.inf, 0)
+            return States(log, np.full(len(seen.series), np.inf), 0)
         rows, chance = chosen_samples(np.exp(log - log.max()).sum(axis=1), options.replays)
         walls.replay(rows, workers, on_replay)
     draws = _near_posterior(walls, seen, prior, rows, options, local=True) if len(seen.dates) > 1 else now
@@ -107,9 +108,8 @@ def states_of(
     likely = np.argsort(special.logsumexp(each, axis=(0, 1)))[-LIKELY:]
     past = PRESENT if draws is now else Histories(*(values[likely] for values in draws.past))
     (fit,) = walls.fits(seen, past, (seen.discrepancy,), rows, local)
-    possible = fit.misfit.min(axis=2)[np.isfinite(log[rows])]
-    states = States(log, float(possible.min()) if possible.size else np.inf, len(rows) if local else 0)
-    if not seen.dates or not possible.size:
+    states = States(log, _least_misfit(walls, seen, past, rows, local, fit, log), len(rows) if local else 0)
+    if not seen.dates or not np.isfinite(states.misfit).all():
         return states
     each = np.exp(each - log.max())
     alone = [seen.alone(day) for day in seen.dates]
@@ -125,6 +125,19 @@ def states_of(
         draw = np.random.default_rng(0).integers(len(draws.log_weight), size=DRAWN)
     drawn = rows[row], increment, draw
     return states._replace(past=draws.past, drawn=drawn, effective=effective, visits=tuple(visits))
+
+
+def _least_misfit(
+    walls: StoredWalls, seen: Observations, past: Histories, rows: IntArray, local: bool, fit: Fit, log: FloatArray
+) -> FloatArray:
+    """Misfit of each quantity in the possible state that has the least sum of them."""
+    possible = np.where(np.isfinite(log[rows])[..., None] & np.isfinite(fit.misfit), fit.misfit, np.inf)
+    row, increment, draw = np.unravel_index(np.argmin(possible), possible.shape)
+    if not np.isfinite(possible[row, increment, draw]):
+        return np.full(len(seen.series), np.inf)
+    past = past if past is PRESENT else Histories(*(values[[draw]] for values in past))
+    alone = (walls.fits(seen, past, (seen.discrepancy,), rows[[row]], local, [one])[0] for one in seen.series)
+    return np.array([fit.misfit[0, increment, 0] for fit in alone])
 
 
 def _log_likelihood(walls: StoredWalls, seen: Observations, draws: _Draws, rows: IntArray, local: bool) -> FloatArray:

@@ -54,9 +54,9 @@ def posterior_tables(ds: xr.Dataset) -> list[Table]:
             moved += f", cut at {measure.factor * float(cause['movement_largest']):.3g}"
         prior = float(cause["cause_prior"])
         odds = (odds_in_words(float(cause["posterior_odds"])), f"{prior / (1.0 - prior):.3g}")
-        shares = (f"{float(cause['effective_samples']):.1f}", chance(float(cause["resemblance"])))
-        causes.append([name, moved, *odds, *shares])
-        if "until" not in ds:
+        effective = f"{float(cause['effective_samples']):.1f}" if cause["resembles"] else "–"
+        causes.append([name, moved, *odds, effective, chance(float(cause["resemblance"]))])
+        if "until" not in ds or not cause["resembles"]:
             continue
         of_kinds = zip(ds["kind"].values, cause["history_posterior"].values)
         kinds = ", ".join(f"{kind} {chance(float(p))}" for kind, p in of_kinds)
@@ -72,6 +72,8 @@ def posterior_tables(ds: xr.Dataset) -> list[Table]:
     future = []
     for name, measure in zip(names, shown):
         cause = ds.sel(study=name)
+        if not cause["resembles"]:
+            continue
         for k, further in enumerate(ds["further"].values * float(cause["movement_largest"])):
             moved = f"{measure.factor * further:.3g}" + ("" if alike else f" {measure.unit}")
             future.append([name, moved, *_chances(cause, "future", k)])

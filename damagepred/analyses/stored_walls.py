@@ -328,15 +328,24 @@ class StoredWalls:
             return np.asarray(np.log(share) + np.log(self.weight)[:, None])
 
     def fits(
-        self, seen: Observations, past: Histories, models: Sequence[Any], rows: IntArray, replayed: bool
+        self,
+        seen: Observations,
+        past: Histories,
+        models: Sequence[Any],
+        rows: IntArray,
+        replayed: bool,
+        quantities: Sequence[tuple[str, list[Any]]] | None = None,
     ) -> list[Fit]:
-        """Fit of the observations by discrepancy, on (rows, increments, histories or terms); local ones if replayed."""
+        """Fit of all or some quantities by discrepancy, on (rows, increments, histories or terms).
+
+        Local quantities count if their walls are replayed.
+        """
         days = seen.dates
         nothing = np.zeros((len(rows), self.movement.shape[1], 1))
         totals = [Fit(nothing, nothing)] * len(models)
         reached, _, part = past.at(years_from(days[-1], days)) if days else np.ones((3, 1, 1))
         visit = {day: (reached[:, k], part[:, k]) for k, day in enumerate(days)}
-        for table, series in seen.series:
+        for table, series in seen.series if quantities is None else quantities:
             if is_local(series[0]) and not replayed:
                 continue
             each, along = self._predicted(table, series, rows)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from damagepred.analyses.posterior_tables import UNCERTAIN, posterior_tables
@@ -50,6 +51,7 @@ def posterior_cautions(posterior: xr.Dataset) -> list[str]:
             "NO STORED SAMPLE RESEMBLES THE OBSERVATIONS: the best misfit is "
             f"{float(posterior['least_misfit'].min()):.3g} for {posterior.attrs['observations']} observations, "
             f"resemblance {chance(float(posterior['resemblance'].max()))} ({measure}). "
+            f"{_worst_observation(posterior.isel(study=int(np.argmin(posterior['least_misfit'].values))))}"
             "No odds are given. Do not use this posterior; widen the study, or check the survey."
         )
     for name in posterior["study"].values:
@@ -57,7 +59,10 @@ def posterior_cautions(posterior: xr.Dataset) -> list[str]:
         if not cause["resembles"]:
             if posterior["resembles"].values.any():
                 resemblance = f"resemblance {chance(float(cause['resemblance']))} ({measure})"
-                said.append(f"{name}: no stored sample resembles the observations, {resemblance}; it has no odds.")
+                worst = _worst_observation(cause).rstrip()
+                said.append(
+                    f"{name}: no stored sample resembles the observations, {resemblance}; it has no odds. {worst}"
+                )
             continue
         if (effective := float(cause["effective_samples"])) < (fewest := posterior.attrs["fewest_effective"]):
             said.append(
@@ -72,6 +77,17 @@ def posterior_cautions(posterior: xr.Dataset) -> list[str]:
             said.append(f"{name}: {where}; damage beyond is unknown. To know it, {advice}.")
     if posterior.sizes.get("visit") == 1:
         said.append("One visit shows no rate: rate and forecast come from the prior of the history alone.")
+    if posterior.sizes.get("visit") == 2 and posterior.sizes["kind"] > 1:
+        said.append("Two visits do not show if the movement has ended: the rate depends on the prior of the history.")
     if float(posterior["another_cause_odds"]) > 1:
         said.append("A cause without a study is more probable than all studies together.")
     return said
+
+
+def _worst_observation(cause: xr.Dataset) -> str:
+    """Sentence on the observation with the largest misfit in the nearest state; none in older files."""
+    if "misfit_of_observation" not in cause:
+        return ""
+    misfit = cause["misfit_of_observation"]
+    worst = misfit[int(np.argmax(misfit.values))]
+    return f"The nearest state misses {worst['observation'].item()} most: {float(worst):.3g} of the misfit. "

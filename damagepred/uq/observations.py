@@ -315,6 +315,14 @@ class Observations:
         return [(key[0], sorted(found, key=lambda r: r.date or dt.date.min)) for key, found in grouped.items()]
 
     @cached_property
+    def names(self) -> list[str]:
+        """Names of the quantities of ``series``: tables and numbers of their readings in the survey."""
+        tables = ((table, getattr(self, table)) for table in TABLES if table != "crack")
+        named = [(f"{table} {k}", reading) for table, readings in tables for k, reading in enumerate(readings, 1)]
+        name = {id(reading): where for where, reading in [*self.cracks, *named]}
+        return [", ".join(dict.fromkeys(name[id(reading)] for reading in readings)) for _, readings in self.series]
+
+    @cached_property
     def dates(self) -> list[dt.date]:
         """Days of all readings, in order; empty without dates."""
         days = {day for _, found in self.series for reading in found for day in (reading.date, reading.since)}

@@ -164,6 +164,20 @@ def test_paths_that_end_at_the_present_movement_are_named_with_the_movement_to_r
     assert alien.rows[0][1] == "–"
 
 
+def test_an_observation_that_no_wall_resembles_is_named(causes: list[Path]) -> None:
+    """A crack of 30 mm beside a tilt that walls have; the misfits of all observations add up to the least one."""
+    tilt = float(StoredWalls(causes[1]).ds["tilt_max"].values[0, -1])
+    cracks = CrackObservation(wider_than=1e-6), CrackObservation(width=0.03)
+    found = infer(causes[1], Observations(crack=cracks, tilt=(SlopeObservation(value=tilt),)))
+    misfit = found["misfit_of_observation"][0]
+    assert list(misfit["observation"].values) == ["crack 1", "crack 2", "tilt 1"]
+    assert float(misfit.sum()) == pytest.approx(float(found["least_misfit"][0]))
+    assert float(misfit[1]) > 0.9 * float(misfit.sum())
+    assert (
+        f"The nearest state misses crack 2 most: {float(misfit[1]):.3g} of the misfit." in posterior_cautions(found)[0]
+    )
+
+
 def test_densities_of_another_cause_and_of_measurements_add_up_to_one() -> None:
     def chance(**what: Any) -> float:
         return float(np.exp(vague_log_likelihood(Observations(**what))))
