@@ -181,11 +181,6 @@ def test_items_of_lists_count_from_1(house: Scene, place: str, words: str):
     assert words in str(caught.value)
 
 
-def test_folder_instead_of_file(tmp_path: Path):
-    with pytest.raises(InputError, match="is a folder"):
-        Scene.from_toml(tmp_path)
-
-
 def test_message_from_a_file_names_the_file(tmp_path: Path):
     file = tmp_path / "house.toml"
     file.write_text("[wall]\nlenght = 3\n")

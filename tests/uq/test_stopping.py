@@ -80,21 +80,6 @@ def test_exceedance_counts_walls() -> None:
         exceedance(ds, 1, 0.0)
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("replicates", [1, 8])
-def test_medians_cover(replicates: int) -> None:
-    hits = 0
-    for seed in range(40):
-        random = np.random.default_rng(seed)
-        # replicates that have something in common, as scrambles do not: the error must see it
-        shared = 0.05 * random.standard_normal(8)[np.arange(64) % 8] if replicates > 1 else 0.0
-        capacity = 0.008 * np.exp(0.3 * random.standard_normal(64) + shared)
-        found = median_movement(study(capacity, end=0.02, replicates=replicates), 1)
-        hits += found.lower <= 0.008 <= found.upper
-        assert found.value == pytest.approx(0.008, rel=0.2)
-    assert stats.binom.cdf(hits, 40, 0.9) > 1e-3
-
-
 def test_the_error_of_a_median_is_that_of_the_jackknife() -> None:
     """From the medians without one scramble after the other, by their own fits."""
     random = np.random.default_rng(2)
