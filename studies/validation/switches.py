@@ -31,7 +31,7 @@ from damagepred.runtime.one_thread import one_blas_thread  # noqa: E402
 from studies.pages import put_in, version  # noqa: E402
 
 BEGIN, END = "<!-- written by switches.py -->", "<!-- end of switches -->"
-SAMPLES, WALLS = 16, 8
+SAMPLES, WALLS = 16, 4
 """Walls of the study of Ramsgate, of which the first are solved."""
 Tables = dict[str, Any]
 
