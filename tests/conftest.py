@@ -11,9 +11,6 @@ import pytest
 from damagepred.analyses import rare_event_samples
 from damagepred.campaign import campaign, workers
 from damagepred.cli import terminal
-from damagepred.kernels import process_cache
-from damagepred.kernels.jit import CACHE
-from damagepred.kernels.process_cache import ProcessCache
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -138,22 +135,3 @@ def _worker_processes(request: pytest.FixtureRequest, monkeypatch: pytest.Monkey
     if request.node.get_closest_marker("worker_processes"):
         for module, name, value in IN_PROCESSES:
             monkeypatch.setattr(module, name, value)
-
-
-@pytest.hookimpl(trylast=True)
-def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
-    """Share compiled kernels with the other process of the tests after each file, so that only one compiles them."""
-    if CACHE is not None and (nextitem is None or nextitem.path != item.path):
-        CACHE.publish()
-        _adopt_kernels(CACHE)
-
-
-def _adopt_kernels(cache: ProcessCache) -> None:
-    shared = cache.folder.parents[1]
-    with cache._locked():
-        for index in process_cache._files(shared, "*.nbi"):
-            name = index.relative_to(shared)
-            if not (cache.folder / name).exists():
-                for file in (*index.parent.glob(f"{index.stem}.*.nbc"), index):  # the index last
-                    process_cache.link(file, cache.folder / file.relative_to(shared))
-                cache._known[name] = process_cache._identity(index)
