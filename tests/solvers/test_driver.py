@@ -18,7 +18,7 @@ from damagepred.errors import ConvergenceError
 from damagepred.results.rejudge import footing_gap_note
 from damagepred.scene import Damage, Dpc, Footing, Joint, Movement, Scene, Solver, Wall
 from damagepred.solvers import solve_path
-from damagepred.solvers.driver import Bracket, Outcome, follow_movement
+from damagepred.solvers.driver import Bracket, Outcome, _locate_zero_support_load, _Start, follow_movement
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.step_control import (
     COLLAPSE_BRACKET,
@@ -202,6 +202,7 @@ class Scripted:
     bracket: Bracket = field(default_factory=lambda: Bracket(1e-9, 1e-9, 1e-3))
     load_factor: float = 0.0
     tried: list[float] = field(default_factory=list)
+    restored: list[float] = field(default_factory=list)
     number: int = -1
 
     def begin_increment(self, number: int) -> None:
@@ -216,13 +217,14 @@ class Scripted:
         return Outcome(0.0, balanced=not fell, collapsed=fell)
 
     def support_load(self) -> float:
-        return 100.0 * (self.unloads_at - self.load_factor)
+        return 100.0 * (self.unloads_at**3 - self.load_factor**3)
 
     def checkpoint(self) -> float:
         return self.load_factor
 
     def restore(self, checkpoint: float) -> None:
         self.load_factor = checkpoint
+        self.restored.append(checkpoint)
 
     def report(self, outcome: Outcome) -> Increment:
         state = NONE.astype(np.int8)
@@ -259,6 +261,14 @@ def test_collapse_is_bisected_under_live_load_alone() -> None:
 def test_bisection_ends_where_a_wall_neither_balances_nor_collapses() -> None:
     last = list(follow_movement(Scripted(collapses_at=0.6, hesitates=(0.6, 0.65)), wall(live=True), 4))[-1]
     assert (last.end.last_stable_load_factor, last.load_factor) == (0.5, 0.75)
+
+
+def test_zero_support_load_is_approached_from_loaded_states() -> None:
+    stepper = Scripted(unloads_at=0.6)
+    _locate_zero_support_load(stepper, _Start(0.0, 0.0, stepper.support_load()), 1.0, stepper.step_to(1.0))
+    assert stepper.load_factor == pytest.approx(0.6, abs=1e-9)
+    assert stepper.restored == sorted(stepper.restored)
+    assert 0.5 < stepper.restored[-1] < 0.6
 
 
 MM = 1e-3
