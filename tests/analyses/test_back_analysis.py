@@ -117,6 +117,14 @@ def test_levels_are_read_from_replays(causes: list[Path]) -> None:
         assert among(found)[name] > 0.8
 
 
+@pytest.mark.parametrize(("odds", "named"), [(1.0, False), (1.5, True)])
+def test_another_cause_is_named_where_it_is_more_probable_than_all_studies(odds: float, named: bool) -> None:
+    cause = {"resembles": [True], "effective_samples": [99.0], "advice": [""], "another_cause_odds": odds}
+    posterior = xr.Dataset({k: ("study", v) if isinstance(v, list) else v for k, v in cause.items()}, {"study": ["a"]})
+    limits = {"least_resemblance": 0.05, "fewest_effective": 50.0}
+    assert bool(posterior_cautions(posterior.assign_attrs(limits))) == named
+
+
 def test_few_effective_samples_have_no_odds(causes: list[Path]) -> None:
     """16 walls per study cannot be 50 effective ones; with a smaller limit the same posterior has odds."""
     tilt = Observations(tilt=(SlopeObservation(value=0.001),))
