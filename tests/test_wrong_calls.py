@@ -132,7 +132,7 @@ CALLS: dict[str, tuple[Function, dict[str, Any]]] = {
 
 
 @pytest.mark.parametrize("name", CALLS)
-@pytest.mark.timeout(120)
+@pytest.mark.timeout(300)
 def test_wrong_arguments(name: str, known: dict[str, Any]) -> None:
     """An error of another kind, or a message without an end, is a defect; some values are right for some arguments."""
     function, arguments = CALLS[name]
