@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from damagepred.formatting import chance, counted, duration
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from damagepred.analyses.epistemic import Alternative
     from damagepred.analyses.limit_state import Question
     from damagepred.analyses.rare_event import RareEvent
@@ -177,6 +178,20 @@ def status_lines(status: StudyStatus) -> list[str]:
         )
     said += [f"caution: {caution}" for caution in s.cautions]
     return [*said, *(f"failed sample {sample}: {reason}: {message}" for sample, reason, message in s.failures)]
+
+
+def share_rows(report: StudyStatus) -> list[list[str]]:
+    """Rows of the table of categories of a status."""
+    from damagepred.archive.schema import CATEGORIES
+
+    return [
+        [
+            f"{c.category} {CATEGORIES[c.category].replace('_', ' ')}",
+            *(str(c.walls), f"{c.share:.3f}", f"{c.or_worse:.3f}", f"{c.lower:.3f} - {c.upper:.3f}"),
+            f"{c.failed_undamaged:.3f} - {c.failed_damaged:.3f}" if report.failed else "-",
+        ]
+        for c in report.categories
+    ]
 
 
 def zones_lines(ds: xr.Dataset) -> list[str]:

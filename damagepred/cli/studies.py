@@ -74,10 +74,18 @@ def study(
 @opt.command("status", "json", "full", "quiet")
 def status(folder: opt.StudyFolderPath) -> None:
     """Show walls done, failed and left, and the present estimate; the study may be running."""
-    from damagepred.campaign.status import study_status
-    from damagepred.cli import tables
+    from damagepred.campaign.status import StudyStatus, study_status
+    from damagepred.cli.sentences import share_rows, status_lines
 
-    terminal.answer(study_status(folder), tables.status, without=["cautions"])
+    def show(report: StudyStatus) -> None:
+        terminal.lines(status_lines(report))
+        if report.categories:
+            noun = "houses" if report.houses else "walls"
+            title = f"Share of {noun} by category reached by the end of the movement"
+            columns = ("category", noun, "share", "or worse", "90 % interval", "failed counted")
+            terminal.table(title, columns, share_rows(report))
+
+    terminal.answer(study_status(folder), show, without=["cautions"])
 
 
 @opt.command("verify")

@@ -8,53 +8,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from damagepred.analyses.posterior_tables import posterior_tables
 from damagepred.archive.cautions import wall_cautions
-from damagepred.archive.schema import CATEGORIES, category_label, flag_name
+from damagepred.archive.schema import category_label, flag_name
 from damagepred.cli import terminal
-from damagepred.cli.sentences import status_lines, zones_lines
+from damagepred.cli.sentences import zones_lines
 from damagepred.formatting import counted
-from damagepred.report.answers import posterior_answer
 from damagepred.results import tables
 from damagepred.results.house import is_house, noun
 from damagepred.results.rejudge import footing_gap_note, measure_in_words
 from damagepred.results.tables import Column, Table, most_damaged_first, path_columns
 from damagepred.uq.capacity import sample_weights
-from damagepred.uq.fragility.fit import WITH_CURVE
 from damagepred.uq.intensity import movement_measure, movement_words
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from damagepred.campaign.status import StudyStatus
-
-
-def status(report: StudyStatus) -> None:
-    """Print the status of a study, and the shares of its categories."""
-    terminal.lines(status_lines(report))
-    if not report.categories:
-        return
-    noun = "houses" if report.houses else "walls"
-    title = f"Share of {noun} by category reached by the end of the movement"
-    terminal.table(
-        title, ["category", noun, "share", "or worse", "90 % interval", "failed counted"], share_rows(report)
-    )
-
-
-def share_rows(report: StudyStatus) -> list[list[str]]:
-    """Rows of the table of categories of a status."""
-    return [
-        [
-            f"{c.category} {CATEGORIES[c.category].replace('_', ' ')}",
-            *(str(c.walls), f"{c.share:.3f}", f"{c.or_worse:.3f}", f"{c.lower:.3f} - {c.upper:.3f}"),
-            f"{c.failed_undamaged:.3f} - {c.failed_damaged:.3f}" if report.failed else "-",
-        ]
-        for c in report.categories
-    ]
-
 
 def back_analysis(posterior: xr.Dataset) -> None:
     """Print the posterior of causes, movement and future damage, and the discrepancy of the model."""
+    from damagepred.analyses.posterior_tables import posterior_tables
+    from damagepred.report.answers import posterior_answer
+
     terminal.show(*posterior_tables(posterior))
     terminal.say(posterior_answer(posterior))
 
@@ -215,6 +189,8 @@ def _levels(ds: xr.Dataset) -> list[str]:
 
 def fragility_table(curves: xr.Dataset) -> None:
     """Print medians and dispersions of fragility curves with their bands, and how well they fit."""
+    from damagepred.uq.fragility.fit import WITH_CURVE
+
     title = f"{curves.attrs['title']}, against the {movement_words(curves)}"
     terminal.show(Table.brief(title, tables.curve_columns(curves)))
     if not terminal.FORM.full:

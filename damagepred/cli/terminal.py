@@ -15,16 +15,16 @@ import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass
+from functools import cache, partial
 from typing import IO, TYPE_CHECKING, Any, Self, cast
-
-from rich.console import Console
-from rich.markup import escape
 
 from damagepred.errors import ArchiveWarning, InputError
 from damagepred.formatting import duration
 from damagepred.inputs.text import controls_escaped
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from damagepred.one_wall.judged_path import Step
     from damagepred.results.tables import Table
     from damagepred.study import Progress as StudyProgress
@@ -124,20 +124,20 @@ class Wait:
             activity, count, dot = "compiling the kernels, once per version", _compiled(), self.COUNT
         silence = time.monotonic() - max(self._printed, began if activity != self._said else 0.0)
         again = activity in self._named or bool(self.bars and not activity.startswith("compiling"))
-        if FORM.quiet or not activity or (self.bars and again and _err.is_terminal and not count):
+        if FORM.quiet or not activity or (self.bars and again and _err().is_terminal and not count):
             return
-        on_a_terminal = _err.is_terminal and not self.bars
+        on_a_terminal = _err().is_terminal and not self.bars
         if silence < (dot if again and not on_a_terminal else self.FIRST) and not self._line_shown:
             return
         text = f"{activity}{count}, {time.monotonic() - began:.0f} s so far"
         if on_a_terminal:
-            sys.stderr.write(f"\r{text[: _err.width - 1]}\x1b[K")
+            sys.stderr.write(f"\r{text[: _err().width - 1]}\x1b[K")
             self._line_shown = True
         elif again and not count:
             sys.stderr.write(".")
             self._dotted, self._printed = True, time.monotonic()
         else:
-            _err.print(escaped(text))
+            _err().print(escaped(text))
         sys.stderr.flush()
         self._said = self._said if again and self.bars else activity
         self._named.add(self._said)
@@ -184,7 +184,16 @@ FORM = Form()
 """Form that the options of the command ask for."""
 
 _OUTPUT, _ERRORS = _Stream("stdout"), _Stream("stderr")
-_out, _err = (Console(file=cast(IO[str], stream), soft_wrap=True, highlight=False) for stream in (_OUTPUT, _ERRORS))
+
+
+@cache
+def _console(stream: _Stream) -> Console:
+    from rich.console import Console  # --help needs none
+
+    return Console(file=cast(IO[str], stream), soft_wrap=True, highlight=False)
+
+
+_out, _err = partial(_console, _OUTPUT), partial(_console, _ERRORS)
 
 
 def lost_output() -> str | None:
@@ -195,6 +204,8 @@ def lost_output() -> str | None:
 
 def escaped(text: str) -> str:
     """Return text as it is to be read: nothing in it is markup or steers the terminal."""
+    from rich.markup import escape
+
     return escape(controls_escaped(text))
 
 
@@ -224,9 +235,9 @@ def show_archive_warnings() -> None:
 def say(message: str, *, error: bool = False) -> None:
     """Print a message, errors to the error stream."""
     if error:
-        _err.print(f"[bold red]damagepred:[/] {escaped(message)}")
+        _err().print(f"[bold red]damagepred:[/] {escaped(message)}")
     else:
-        console = _err if FORM.json else _out
+        console = _err() if FORM.json else _out()
         # a terminal wraps between words; a file or a pipe has each message on one line
         console.print(escaped(message), soft_wrap=not console.is_terminal)
 
@@ -285,14 +296,15 @@ def _plain(value: Any) -> Any:
 def markdown(text: str) -> None:
     """Print Markdown without comments, in a terminal laid out and with plain equations."""
     text = re.sub(r"^<!--.*?-->\n", "", text, flags=re.MULTILINE | re.DOTALL)
-    if not _out.is_terminal:
+    if not _out().is_terminal:
         _OUTPUT.write(text)
         return
+    from rich.console import Console
     from rich.markdown import Markdown
 
     from damagepred.guide import with_plain_equations
 
-    Console(file=cast(IO[str], _OUTPUT), width=min(_out.width, 100)).print(Markdown(with_plain_equations(text)))
+    Console(file=cast(IO[str], _OUTPUT), width=min(_out().width, 100)).print(Markdown(with_plain_equations(text)))
 
 
 def quantity(option: str, text: str, unit: str) -> float:
@@ -321,7 +333,7 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
     """Print a table, its numbers to the right."""
     from rich.table import Table as Grid
 
-    parts = _parts_that_fit(columns, rows, _out.width)
+    parts = _parts_that_fit(columns, rows, _out().width)
     for number, shown in enumerate(parts if FORM.full else parts[:1]):
         grid = Grid(title=escaped(f"{title}, continued" if number else title), title_justify="left")
         for i in shown:
@@ -329,7 +341,7 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
             grid.add_column(escaped(columns[i]), justify="right", overflow="fold")
         for row in rows:
             grid.add_row(*(escaped(row[i]) for i in shown))
-        _out.print(grid)
+        _out().print(grid)
     if not FORM.full and (left := [" ".join(columns[i].split()) for part in parts[1:] for i in part[1:]]):
         say(f"not shown: {', '.join(left)}; --full shows them")
 
@@ -369,8 +381,8 @@ class _Progress:
         texts = map(TextColumn, after[:-1])
         columns = (TextColumn(before), BarColumn(), MofNCompleteColumn(), *texts, TimeElapsedColumn())
         last = map(TextColumn, after[-1:])
-        self._shown = _err.is_terminal and not FORM.quiet
-        self._progress = Progress(*columns, *last, console=_err, transient=transient, disable=not self._shown)
+        self._shown = _err().is_terminal and not FORM.quiet
+        self._progress = Progress(*columns, *last, console=_err(), transient=transient, disable=not self._shown)
         self._activity: list[Any] = [before, 0.0]
         self._open = contextlib.ExitStack()
 
@@ -429,8 +441,9 @@ class StudyBar(_Progress):
         remaining = state.done < state.total and math.isfinite(state.seconds_left)
         left = f"about {duration(state.seconds_left)} left" if remaining else ""
         self._progress.update(self._task, completed=state.done, failed=state.failed, left=left)
-        if FORM.quiet or _err.is_terminal:
+        if FORM.quiet or _err().is_terminal:
             return
         if time.monotonic() - self._spoke > 10 or state.done == state.total:
             self._spoke = time.monotonic()
-            _err.print(f"{state.done} of {state.total} {self.noun}, {state.failed} failed{', ' + left if left else ''}")
+            left = f", {left}" if left else ""
+            _err().print(f"{state.done} of {state.total} {self.noun}, {state.failed} failed{left}")

@@ -224,9 +224,11 @@ def _ask_back(described: dp.Scene, settings: StudySettings | None) -> None:
 
 def _say_ground(described: dp.Scene, settings: StudySettings | None) -> None:
     """Print the surface movement of a soil log, and assumed properties of the ground."""
-    from damagepred.campaign.cost_estimate import site_line
     from damagepred.scene.assumed import ground_line
 
-    for line in (site_line(described, settings), ground_line(described, settings.variables if settings else ())):
-        if line:
-            terminal.note(line)
+    if described.soil_layer:
+        from damagepred.campaign.cost_estimate import site_line
+
+        terminal.note(site_line(described, settings) or "")
+    if line := ground_line(described, settings.variables if settings else ()):
+        terminal.note(line)

@@ -17,13 +17,12 @@ from damagepred.arrays import FloatArray
 from damagepred.enumerations import LOCAL, ContactState, PathStatus
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.arguments import checked
-from damagepred.scene import House, Scene
-from damagepred.scene.plan import PLAN_TOLERANCE
-from damagepred.scene.scene import archived_scene
 from damagepred.uq.intensity import OF_SITE
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from damagepred.scene import House, Scene
 
 PLACES = ("block", "contact", "vertex", "opening", "section")
 """Dimensions along which the walls of a house follow each other."""
@@ -49,6 +48,9 @@ def wall_names(ds: xr.Dataset) -> list[str]:
 
 def house_of(ds: xr.Dataset) -> House:
     """Plan of an archived house."""
+    from damagepred.scene import House
+    from damagepred.scene.scene import archived_scene
+
     house = archived_scene(ds.attrs)
     if not isinstance(house, House):
         raise InputError("ds: is the result of one wall; give the result of a house.")
@@ -126,6 +128,8 @@ def unfolded_places(house: House) -> list[tuple[float, float]]:
 
 def wall_places(scene: Scene) -> FloatArray:
     """Left end and level (m) of each wall in drawings of a house, or of one wall (w, 2)."""
+    from damagepred.scene import House
+
     return np.array(unfolded_places(scene) if isinstance(scene, House) else [(0.0, 0.0)])
 
 
@@ -206,6 +210,8 @@ Bay = tuple[int, float, float]
 
 def room_bays(house: House) -> list[list[Bay]]:
     """Bays of walls around each room: the faces of the plan, each traced with the room on the left."""
+    from damagepred.scene.plan import PLAN_TOLERANCE
+
     bays, points = [], []
     for number, wall in enumerate(house.wall):
         cuts = {0.0, wall.length} | {j.x[j.walls.index(number)] for j in house.junctions if number in j.walls}

@@ -66,6 +66,10 @@ def compare_scales(ds: xr.Dataset, increment: int | None = None) -> xr.Dataset:
     left_out = [f"{name} is not held" for name in ("psi", "tilt_max", "opening_distortion") if name not in ds]
     if not any("distortion" in one.name for one in judged):
         left_out.append("distortion and strain: no scene, or walls differ in size or kind of movement")
+    unknown = [one.name for one in judged if (one.level < 0).all()]
+    if len(unknown) < len(judged):
+        left_out += [f"{name} is unknown in all states" for name in unknown]
+        judged = [one for one in judged if one.name not in unknown]
     category = ds["wall_damage_category" if is_house(ds) else "damage_category"]
     last = category.sizes["increment"] - 1
     if increment is not None:

@@ -18,7 +18,6 @@ from damagepred.formatting import chance, counted, length, named, number, ratio,
 from damagepred.results.house import is_house, noun, room_sides, wall_names
 from damagepred.results.rejudge import has_dpc, shares, shown_gaps
 from damagepred.uq.capacity import highest_category
-from damagepred.uq.estimate import probability
 from damagepred.uq.intensity import OF_SITE, movement_words
 
 if TYPE_CHECKING:
@@ -439,6 +438,8 @@ YEARS = (1, 2, 5, 10, 20, 30, 50, 100)  # years of a history that have a row, in
 def year_frame(ds: xr.Dataset, confidence: float = 0.9) -> pd.DataFrame:
     """Probability of each category by the worst up to a year, and by the present one (NaN where some are unknown)."""
     import pandas as pd
+
+    from damagepred.uq.estimate import probability
 
     ds = ds.isel(sample=np.isin(ds["status"].values, SOLVED))
     time, category = np.atleast_2d(ds["time"].values), ds["damage_category"].values

@@ -22,8 +22,7 @@ from damagepred.campaign.dispatch import sample_timeout
 from damagepred.campaign.sample import _kept_of_movement
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.status import study_status
-from damagepred.cli.sentences import status_lines
-from damagepred.cli.tables import share_rows
+from damagepred.cli.sentences import share_rows, status_lines
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import ConvergenceError, DivergenceError, InputError, StudyError
 from damagepred.study import Study

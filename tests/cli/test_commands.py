@@ -40,21 +40,42 @@ opening_width_change damage_category
 """
 
 
-def test_help_loads_nothing_that_computes() -> None:
+def loaded_by(*arguments: object) -> set[str]:
+    """Modules that a command loads, and packages."""
     look = """
 import sys
-sys.argv = ["damagepred", "--help"]
+sys.argv = ["damagepred", *sys.argv[1:]]
 from damagepred.cli import main
 try:
     main()
 except SystemExit:
     pass
-print("LOADED", *sorted({name.partition(".")[0] for name in sys.modules}))
+print("LOADED", *sys.modules)
 """
-    said = subprocess.run([sys.executable, "-c", look], check=True, capture_output=True, text=True).stdout
-    loaded = set(said.partition("LOADED")[2].split())
+    command = [sys.executable, "-c", look, *map(str, arguments)]
+    said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    return set(said.partition("LOADED")[2].split())
+
+
+def test_help_loads_nothing_that_computes() -> None:
+    loaded = loaded_by("--help")
     assert "typer" in loaded
-    assert not loaded & {"numpy", "scipy", "numba", "pandas", "xarray", "netCDF4", "matplotlib", "pydantic", "pint"}
+    heavy = {"numpy", "scipy", "numba", "pandas", "xarray", "netCDF4", "matplotlib", "pydantic", "pint", "rich"}
+    assert not loaded & heavy
+
+
+def test_status_and_fragility_load_no_solver_scene_or_plot(tmp_path: Path) -> None:
+    folder = synthetic_study(tmp_path / "house.dp")
+    other = {"numba", "matplotlib", "scipy.stats", "scipy.interpolate", "damagepred.scene.scene", "damagepred.assembly"}
+    assert not loaded_by("status", folder) & {*other, "scipy.optimize", "scipy.spatial", "damagepred.results.tables"}
+    assert not loaded_by("fragility", folder) & {*other, "damagepred.uq.comparison", "damagepred.uq.observations"}
+
+
+def test_solve_loads_no_study_and_no_statistics(tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(SMALL_SCENE)
+    other = {"matplotlib", "scipy.stats", "scipy.optimize", "scipy.interpolate"}
+    studies = {"damagepred.campaign.settings", "damagepred.uq.exceedance", "damagepred.uq.fragility"}
+    assert not loaded_by("solve", tmp_path / "wall.toml") & {*other, *studies}
 
 
 def test_solve_writes_every_variable_of_the_contract(command: Run, tmp_path: Path) -> None:

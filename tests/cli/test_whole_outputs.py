@@ -66,7 +66,7 @@ COMMANDS = {
 def test_an_output_is_its_list(name: str, command: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setattr(terminal._out, "_width", 80)
+    monkeypatch.setattr(terminal._out(), "_width", 80)
     words = COMMANDS[name].split()
     synthetic_study(Path("house.dp"), 24)
     if "part.dp" in words:

@@ -305,7 +305,7 @@ def test_a_study_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     ):
         told = io.StringIO()
         console = Console(file=told, soft_wrap=True, highlight=False, force_terminal=in_terminal, width=90)
-        monkeypatch.setattr(terminal, "_err", console)
+        monkeypatch.setattr(terminal, "_err", lambda console=console: console)
         clock[0] = 100.0
         with terminal.StudyBar() as bar:
             for clock[0], *state in steps[: None if lines else 3]:

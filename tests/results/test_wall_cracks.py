@@ -7,7 +7,7 @@ from scipy.stats import kendalltau
 
 import damagepred
 from damagepred.damage.tracing import WALL
-from damagepred.enumerations import ContactKind
+from damagepred.enumerations import ContactKind, SampleStatus
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Joint, Movement, Opening, Scene, Wall
 from tests.results.test_rejudge import study
@@ -134,5 +134,10 @@ def test_what_an_archive_does_not_hold_is_left_out_and_named() -> None:
     assert found["scale"].values.tolist() == [TABLE, "BRE Digest 251"]
     assert "psi is not held" in found.attrs["left_out"]
     assert "strain" in found.attrs["left_out"]
+    ds["tilt_max"] = (("sample", "increment"), np.full((4, 2), np.nan))  # of a low wall
+    ds["status"].values[:] = SampleStatus.COMPLETE
+    found = damagepred.compare_scales(ds)
+    assert found["scale"].values.tolist() == [TABLE, "BRE Digest 251"]
+    assert "tilt, BRE Digest 475 is unknown in all states" in found.attrs["left_out"]
     with pytest.raises(InputError, match="increment = 2: the archive's last increment is 1"):
         damagepred.compare_scales(ds, increment=2)
