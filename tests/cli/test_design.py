@@ -48,6 +48,7 @@ def test_the_search_prints_keeps_and_resumes(command: Run, choices: Path, tmp_pa
     assert "4 alternatives like the first:" in said.out
     assert "4 samples each to begin with, about" in said.out
     assert "slip" in said.out
+    assert "decision" in said.out
     assert picture.stat().st_size > 10_000
     with xr.open_dataset(kept) as ds:
         assert ds.sizes == {"alternative": 4, "measure": 2}
