@@ -8,6 +8,7 @@ import pytest
 
 from damagepred import Assembly, BlockMaterial, Dynamics, InputError, Joint, Scene, Solver, solve
 from damagepred.assembly.assembly import rectangle
+from damagepred.enumerations import ContactKind
 from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.solvers import solve_path
 
@@ -127,3 +128,25 @@ def test_what_a_run_in_time_cannot_do_is_still_answered() -> None:
     weightless = replace(wall.build(settings), density=np.zeros(3))
     with pytest.raises(InputError, match=rf"block {brick} .* has no mass"):
         dynamic_run(weightless, settings, Dynamics(start="unstressed"))
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("width", "elastic", "rigid"), [(1.2, 2.16, 0.19), (1.92, 1.54, 0.15)])
+def test_head_joints_beside_a_lintel_pull_more_than_with_zones(width: float, elastic: float, rigid: float) -> None:
+    """The theory page states these ratios: a lintel is one block with one curvature."""
+
+    def pull(blocks: str) -> float:
+        tables: dict[str, Any] = {
+            "wall": {"length": 3.6 + width, "height": 1.8},
+            "opening": [{"x": 1.8, "y": 0.6, "width": width, "height": 0.6, "lintel_bearing": 0.24}],
+            "joint": {"tensile_strength": 1e8, "cohesion": 1e8},
+            "loads": {"roof": 20e3},
+            "movement": {"central_deflection": 0.0, "increments": 1},
+            "solver": {"blocks": blocks},
+        }
+        ds = solve(Scene.from_dict(tables))
+        beside = (ds["contact_kind"] == ContactKind.HEAD_JOINT) & (ds["contact_y"] > 1.2) & (ds["contact_y"] < 1.5)
+        return float(ds["contact_normal_stress"][-1].where(beside).max())
+
+    zones = pull("deformable")
+    assert [pull("elastic") / zones, pull("rigid") / zones] == pytest.approx([elastic, rigid], rel=0.05)
