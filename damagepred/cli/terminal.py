@@ -210,7 +210,7 @@ def escaped(text: str) -> str:
 
 
 def show_archive_warnings() -> None:
-    """Print warnings of archives, each once, to the error stream."""
+    """Print warnings of archives and of keys without effect, each once, to the error stream."""
     shown: set[str] = set()
     before = warnings.showwarning
 
@@ -221,7 +221,7 @@ def show_archive_warnings() -> None:
                 "the font of the pictures lacks letters of a title or name; they are drawn as boxes. A file "
                 "matplotlibrc in the working folder may name more fonts: font.family: DejaVu Sans, Noto Sans CJK SC"
             )
-        elif not issubclass(category, ArchiveWarning):
+        elif category is not UserWarning and not issubclass(category, ArchiveWarning):
             before(message, category, *where, **more)
             return
         if text not in shown and not FORM.quiet:
