@@ -73,11 +73,11 @@ def infer(
         posterior probability of the cause (``another_cause_posterior`` of all others), ``posterior_odds`` between 1/100
         and 100 (NaN below ``fewest_effective`` samples, and where no wall resembles the observations), effective
         samples, and the least misfit of a state; ``misfit_of_observation`` on (study, observation) are its parts.
-        ``movement_quantile`` on (study, quantile), in ``movement_units`` of
-        the ``movement_measure`` of each study; ``movement_cut`` is the share of the posterior at the end of the paths,
-        where they cut the movement. On (study, further, category): ``future_probability`` of each category or worse
-        among the walls with a result there, and its bounds ``_lower`` and ``_upper`` among all; ``further`` is a share
-        of ``movement_largest``. ``advice`` names the movement to which walls should be run.
+        ``movement_quantile`` on (study, quantile), in ``movement_units`` of the ``movement_measure`` of each study;
+        ``movement_cut`` is the share of the posterior at the end of the paths, where they cut the movement. On (study,
+        further, category): ``future_probability`` of each category or worse among the walls with a result there, and
+        its bounds ``_lower`` and ``_upper`` among all; ``further`` is a share of ``movement_largest``.
+        ``advice`` names the movement to which walls should be run.
 
         With dates, too: ``rate_quantile`` (per year) and, on (study, kind), ``history_posterior``; on (study, until,
         ...) ``forecast_quantile`` of the movement and ``forecast_probability`` of each category or worse before a date,

@@ -64,7 +64,7 @@ class States(NamedTuple):
     """States of a study's walls."""
 
     log: FloatArray  # (samples, increments): logarithm of the weight, not normalised
-    misfit: FloatArray  # (quantities,): that of each quantity of the survey in the state with the least sum
+    misfit: FloatArray  # (quantities,): of each quantity of the survey, in the state with the least sum
     replayed: int
     past: Histories = PRESENT
     # drawn from the posterior: sample, increment and number of the history

@@ -229,6 +229,7 @@ def _say_ground(described: dp.Scene, settings: StudySettings | None) -> None:
     if described.soil_layer:
         from damagepred.campaign.cost_estimate import site_line
 
-        terminal.note(site_line(described, settings) or "")
+        if line := site_line(described, settings):
+            terminal.note(line)
     if line := ground_line(described, settings.variables if settings else ()):
         terminal.note(line)

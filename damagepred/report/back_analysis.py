@@ -85,8 +85,8 @@ def posterior_cautions(posterior: xr.Dataset) -> list[str]:
 
 
 def _worst_observation(cause: xr.Dataset) -> str:
-    """Sentence on the observation with the largest misfit in the nearest state; none in older files."""
-    if "misfit_of_observation" not in cause:
+    """Sentence on the observation with the largest misfit in the nearest state; none in older files, or without one."""
+    if "misfit_of_observation" not in cause or not np.isfinite(float(cause["least_misfit"])):
         return ""
     misfit = cause["misfit_of_observation"]
     worst = misfit[int(np.argmax(misfit.values))]
