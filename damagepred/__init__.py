@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
-from importlib.abc import MetaPathFinder
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -114,7 +113,7 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module 'damagepred' has no attribute '{name}'")
 
 
-class _WhenXarrayIsImported(MetaPathFinder):
+class _WhenXarrayIsImported:
     """Registers ``ds.damagepred`` right after xarray is imported, which here would take half a second."""
 
     def find_spec(self, name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:

@@ -120,10 +120,10 @@ class Wait:
     def _say(self) -> None:
         activity, began = self.activities[-1]
         count, dot = "", self.DOT
-        if _is_compiling():
-            activity, count, dot = "compiling the kernels, once per version", _compiled(), self.COUNT
+        if work := _kernel_work():
+            activity, count, dot = work, _compiled(), self.COUNT
         silence = time.monotonic() - max(self._printed, began if activity != self._said else 0.0)
-        again = activity in self._named or bool(self.bars and not activity.startswith("compiling"))
+        again = activity in self._named or bool(self.bars and not work)
         if FORM.quiet or not activity or (self.bars and again and _err().is_terminal and not count):
             return
         on_a_terminal = _err().is_terminal and not self.bars
@@ -143,20 +143,23 @@ class Wait:
         self._named.add(self._said)
 
 
-def _is_compiling() -> bool:
-    """Whether a thread runs numba's compiler; kernels that are loaded from the cache do not need it."""
+def _kernel_work() -> str:
+    """Compilation of kernels or their loading from the cache, if a thread runs numba's compiler; otherwise empty."""
     compiler = os.path.join("numba", "core", "compiler.py")
+    loads = False
     for frame in sys._current_frames().values():
         while frame is not None:
             code = frame.f_code
             if code.co_filename.endswith(compiler) and code.co_name != "<module>":
-                return True
+                if code.co_name != "_rebuild":  # of compiled code from a file
+                    return "compiling the kernels, once per version"
+                loads = True
             frame = frame.f_back  # type: ignore[assignment]
-    return False
+    return "loading the compiled kernels" if loads else ""
 
 
 def _compiled() -> str:
-    """Progress of the compilation as text, empty before the first kernel; most walls need fewer than all kernels."""
+    """Progress of the kernels as text, empty before the first one; most walls need fewer than all kernels."""
     from damagepred.kernels.progress import _functions, progress
 
     return f": {done} of at most {len(_functions)}" if (done := progress()[0]) else ""

@@ -91,7 +91,7 @@ def _ground(scene: Scene, factor: float) -> tuple[float, str]:
     still = np.flatnonzero(rise * np.sign(rise[top]) <= ZERO_MOVEMENT * largest)
     before, after = still[still < top][-1:], still[still > top][:1]
     ends = [
-        f"{'nothing' if len(zero) else _mm(rise[end])} {_place(x[zero[0] if len(zero) else end], length)}"
+        f"nothing {_reach(x[zero[0]], x[top], length)}" if len(zero) else f"{_mm(rise[end])} {_place(x[end], length)}"
         for zero, end, beyond in ((before, 0, top > 0), (after, -1, top < PROFILE_POINTS - 1))
         if beyond
     ]
@@ -119,6 +119,13 @@ def _place(x: float, length: float) -> str:
         if abs(x - place) <= 2.0 * length / (PROFILE_POINTS - 1):
             return name
     return f"at {_metres(x)} m"
+
+
+def _reach(x: float, top: float, length: float) -> str:
+    """Place where the movement ends in words: its distance from the end of the wall that moves most."""
+    place = _place(x, length)
+    of_an_end = place.endswith(" m") and _place(top, length).endswith(" end")
+    return f"{_metres(abs(x - top))} m from that end" if of_an_end else place
 
 
 def _metres(x: float) -> str:

@@ -18,9 +18,9 @@ from damagepred.uq.observations import Observations
 from tests.guide.pages import WRITTEN, blocks
 
 MOVES = {
-    "tree": "The left end of the ground goes down by 25 mm, to nothing at 3 m; drying clay, 5000 kPa/m",
-    "end-settlement": "The left end of the ground goes down by 25 mm, to nothing at 3 m; soil, 5000 kPa/m",
-    "survey": "The left end of the ground goes down by 60 mm, to nothing at 4 m; drying clay, 5000 kPa/m",
+    "tree": "The left end of the ground goes down by 25 mm, to nothing 3 m from that end; drying clay, 5000 kPa/m",
+    "end-settlement": "The left end of the ground goes down by 25 mm, to nothing 3 m from that end; soil, 5000 kPa/m",
+    "survey": "The left end of the ground goes down by 60 mm, to nothing 4 m from that end; drying clay, 5000 kPa/m",
 }
 
 

@@ -1,5 +1,6 @@
 """No command is silent for more than two seconds: it says on the error stream what it does."""
 
+import importlib
 import os
 import pty
 import re
@@ -105,25 +106,25 @@ class Function:
 
 
 def test_an_activity_is_named_once_however_often_it_is_interrupted(monkeypatch, capfd) -> None:
-    compiling = [False]
+    work = [""]
     monkeypatch.setattr(terminal.FORM, "quiet", False)
-    monkeypatch.setattr(terminal, "_is_compiling", lambda: compiling[0])
+    monkeypatch.setattr(terminal, "_kernel_work", lambda: work[0])
     monkeypatch.setattr(progress, "_functions", [("linear", Function(done)) for done in (True, False, True)])
     monkeypatch.setattr(terminal.Wait, "FIRST", 0.0)
     wait = terminal.Wait()
     monkeypatch.setattr(wait, "_watch", lambda: None)  # no thread: the test looks instead
     with wait.doing("solving"):
-        for compiling[0] in (False, True, False, True):
+        for work[0] in ("", "compiling", "", "compiling", "loading"):
             wait._say()
     words = [line.partition(", 0 s")[0] for line in capfd.readouterr().err.splitlines()]
-    assert words == ["solving", "compiling the kernels, once per version: 2 of at most 3"]
+    assert words == ["solving", "compiling: 2 of at most 3", "loading: 2 of at most 3"]
 
 
 def test_a_long_compilation_is_counted_again(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
     """The total does not grow, although each function is of a room of kernels of its own."""
     functions = [Function(False) for _ in range(3)]
     monkeypatch.setattr(terminal.FORM, "quiet", False)
-    monkeypatch.setattr(terminal, "_is_compiling", lambda: True)
+    monkeypatch.setattr(terminal, "_kernel_work", lambda: "compiling the kernels")
     monkeypatch.setattr(progress, "_functions", [(f"room {k}", function) for k, function in enumerate(functions)])
     monkeypatch.setattr(terminal.Wait, "FIRST", 0.0)
     monkeypatch.setattr(terminal.Wait, "COUNT", 0.0)
@@ -151,3 +152,24 @@ def test_compilation_has_its_name(monkeypatch: pytest.MonkeyPatch, capfd: pytest
             if "compiling" in printed:
                 break
     assert "compiling the kernels, once per version" in printed + capfd.readouterr().err
+
+
+def test_kernels_from_the_cache_are_loaded_and_not_compiled(monkeypatch, capfd, tmp_path) -> None:
+    source = tmp_path / "cached_kernel.py"
+    source.write_text("import numba\n\n\n@numba.njit(cache=True)\ndef twice(x):\n    return 2 * x\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    kernels = importlib.import_module("cached_kernel")
+    kernels.twice(2.0)  # compiles, and writes the cache
+    monkeypatch.setattr(terminal.Wait, "FIRST", 0.0)
+    monkeypatch.setattr(terminal.Wait, "TICK", 0.01)
+    printed = ""
+    with terminal.doing("solving"):
+        for _ in range(500):  # until the thread that looks has met the loading
+            kernels = importlib.reload(kernels)
+            assert kernels.twice(2.0) == 4.0
+            printed += capfd.readouterr().err
+            if "loading" in printed:
+                break
+    printed += capfd.readouterr().err
+    assert "loading the compiled kernels" in printed
+    assert "compiling" not in printed

@@ -42,11 +42,11 @@ def on_mound(kind: str, **mound: Any) -> Scene:
         ),
         (
             on_mound("settle", shape="tree", surface_movement="25 mm", reach="3 m"),
-            "The left end of the ground goes down by 25 mm, to nothing at 3 m; drying clay, 5000 kPa/m",
+            "The left end of the ground goes down by 25 mm, to nothing 3 m from that end; drying clay, 5000 kPa/m",
         ),
         (
             on_mound("settle", shape="tree", surface_movement="25 mm", reach="3 m", position="11 m"),
-            "The right end of the ground goes down by 11.1 mm, to nothing at 8 m; drying clay",  # (1 - 1 / 3)^2 25
+            "The right end of the ground goes down by 11.1 mm, to nothing 2 m from that end",  # (1 - 1 / 3)^2 25
         ),
         (on_mound("settle", shape="tree", reach="3 m", position="-5 m"), "The ground does not move"),
         (
