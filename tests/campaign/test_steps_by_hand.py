@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from concurrent.futures import Future
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,7 +16,7 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import joined, write_part
 from damagepred.campaign import cost_estimate
 from damagepred.campaign.cost_estimate import _elsewhere, _errors, _percent, estimate_cost
-from damagepred.campaign.dispatch import Batches, GivenExecutor
+from damagepred.campaign.dispatch import Batches, GivenExecutor, LostSample, _result
 from damagepred.campaign.sample import Outcome, already_done
 from damagepred.campaign.settings import (
     StudySettings,
@@ -164,10 +165,14 @@ def test_a_batch_whose_part_is_there_is_not_solved_again(tmp_path: Path) -> None
     folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 4))
     batch = [(1, {}), (2, {})]
     assert already_done(folder, batch) is None
+    lost: Future[list[Outcome]] = Future()
+    lost.set_exception(MemoryError("full"))
+    assert _result(lost, str(folder.path), batch) == LostSample(1, "error", "MemoryError: full")
     rows = [row(i, increments=7, openings=0) for i in (1, 2)]
     write_part(folder.part_file(1, 2), joined(rows), folder.study_hash)
     seconds = [float(one["run_time"].values[0]) for one in rows]
-    assert already_done(folder, batch) == [Outcome(1, 1, seconds[0]), Outcome(2, 0, seconds[1])]
+    solved = [Outcome(1, 1, seconds[0]), Outcome(2, 0, seconds[1])]
+    assert already_done(folder, batch) == _result(lost, str(folder.path), batch) == solved
     write_part(folder.part_file(1, 2), joined(rows[:1]), folder.study_hash)
     assert already_done(folder, batch) is None  # it lacks sample 2
     folder.part_file(1, 2).write_bytes(b"CDF")

@@ -7,9 +7,11 @@ import pytest
 import xarray as xr
 
 from damagepred import __version__, compare, open_study
+from damagepred.analyses import rare_event
 from damagepred.analyses.epistemic import alternatives
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.status import study_status
+from damagepred.errors import InputError
 from tests.cli.conftest import Run
 from tests.cli.test_commands import SMALL_SCENE
 from tests.synthetic_studies import synthetic_study
@@ -95,6 +97,19 @@ def test_a_quiet_estimate_of_a_rare_event_prints_its_result_alone(command: Run, 
     quiet = command(*rare, "-o", tmp_path / "quiet.rare", "--quiet")
     assert "level reached" in loud.out
     assert quiet.out.splitlines() == [line for line in loud.out.splitlines() if not line.startswith("level reached")]
+
+
+def test_a_new_folder_of_a_rare_event_has_200_samples_per_level_and_5_runs(
+    command: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, samples: int, runs: int, **__: object) -> None:
+        raise InputError(f"{samples} samples, {runs} runs")
+
+    monkeypatch.setattr(rare_event, "rare_event", refuse)
+    (tmp_path / "house.toml").write_text(SMALL_STUDY)
+    rare = ("rare", tmp_path / "house.toml", "--category", 1, "--at", "0.3mm")
+    assert "200 samples, 5 runs" in command(*rare).err
+    assert "20 samples, 5 runs" in command(*rare, "-n", 20).err
 
 
 def test_solve_takes_the_mean_wall_of_a_study(command: Run, tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from damagepred.scene import Joint, Solver
 from damagepred.solvers.explicit import scheme as explicit
 from damagepred.solvers.explicit.tiles import LANES, history_of, needs_full_law, pack_joints, put, softening_of, take
 from damagepred.solvers.state.wall_state import JointHistory, fields_of
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 PLAIN = Joint()
 SPECIAL = Joint(dilation=0.3, brittle_shear=True, residual_cohesion=5e4, residual_tensile_strength=2e4)
@@ -25,7 +26,7 @@ JOINTS |= {"exponential": [replace(SOFT, softening="exponential")]}
 JOINTS |= {"mixed": [SOFT, PLAIN], "mixed special": [SPECIAL, SOFT_SPECIAL]}
 
 
-def brick_wall(joint, other=None, columns=7, rows=5, contacts=3):
+def brick_wall(joint, other=None, columns=7, rows=5, contacts=3, blocks="rigid"):
     wall = Assembly(joint=joint)
     wall.set_joint_above(1, other or joint)
     for row in range(rows):
@@ -35,7 +36,7 @@ def brick_wall(joint, other=None, columns=7, rows=5, contacts=3):
             wall.add_block([(x, y), (x + 0.24, y), (x + 0.24, y + 0.08), (x, y + 0.08)], course=row)
     wall.rest_on_ground(range(columns), lambda x: -1e-4 * x**2)
     wall.move(columns * rows - 1, x=2e-5)
-    return wall.build(Solver(blocks="rigid", contacts_per_interface=contacts))
+    return wall.build(Solver(blocks=blocks, contacts_per_interface=contacts))
 
 
 def random_state(model, rng):
@@ -115,6 +116,16 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
         scale = np.abs(first.normal_stress).max()
         assert np.abs(again.normal_stress - first.normal_stress).max() <= 1e-9 * scale
         assert np.abs(again.shear_stress - first.shear_stress).max() <= 1e-9 * scale
+
+
+def test_one_cycle_of_intact_elastic_blocks_is_their_stiffness():
+    model = brick_wall(PLAIN, blocks="elastic")
+    system = DiscreteSystem.of(model)
+    u = 1e-9 * np.random.default_rng(1).normal(size=model.size) / system.arms
+    u[system.constrained_dofs] = 0.0
+    stiffness, motion = system.elastic_stiffness, motion_of(u.size, displacement=u.copy())
+    run_cycles(pack_joints(model), None, None, None, None, None, motion, 0.8, 0.0, 0.0, 0.0, 1)
+    assert (np.abs(motion.force + stiffness @ u) <= 1e-12 * (abs(stiffness) @ np.abs(u))).all()
 
 
 def test_packing_keeps_every_value_in_its_place():

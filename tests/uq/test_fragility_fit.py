@@ -10,6 +10,7 @@ from scipy import special, stats
 from damagepred.errors import InputError
 from damagepred.uq.exceedance import median_movement
 from damagepred.uq.fragility import bands, fit_fragility, fit_lognormal, likelihood, turnbull
+from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import group_intervals
 from damagepred.uq.fragility.goodness import akaike_criterion, distance
 from damagepred.uq.fragility.turnbull import _icm_step
@@ -191,6 +192,22 @@ def test_few_walls_have_student_s_and_chi_squared_s_limits() -> None:
             assert math.log(float(curve[f"median_{end}"])) == pytest.approx(exact, abs=0.15 * half)
             exact = scatter * math.sqrt(free / stats.chi2.ppf(tail, free))
             assert float(curve[f"dispersion_{end}"]) == pytest.approx(exact, rel=0.06)
+
+
+def test_draws_of_a_posterior_have_the_mean_of_its_integral() -> None:
+    """One movement per wall, half of them damaged: Jeffreys' prior times the likelihood, summed over a grid."""
+    damaged, whole = np.array([2.2, 3, 4, 5, 6, 7, 1, 1.5, 8, 9]), np.full(10, 2.0)
+    lower, upper = np.append(0 * damaged, whole), np.append(damaged, np.inf * whole)
+    (estimator,) = estimators(group_intervals(lower[None], upper[None], np.ones(20)))
+    slope = np.exp(np.linspace(-6, 3.5, 150))  # uniform in its logarithm
+    grid = np.stack(np.meshgrid(slope, np.linspace(-15, 30, 200)), axis=-1).reshape(-1, 2)
+    cells = estimator.cells
+    weight = cells.total * cells.effective() / cells.total.sum()
+    terms = likelihood.likelihood(grid, estimator.rows, np.broadcast_to(weight, (len(grid), len(weight))))
+    prior = np.sqrt(np.fmax(np.linalg.det(-terms.hessian), 0.0))
+    exact = np.average(grid, axis=0, weights=np.exp(terms.value - terms.value.max()) * prior * grid[:, 0])
+    draws = [bands.sample_posterior(estimator, np.random.default_rng(seed)) for seed in range(6)]
+    np.testing.assert_allclose(np.mean(draws, axis=(0, 1)), exact, rtol=0.015)
 
 
 @pytest.mark.parametrize(("situation", "value"), [("10 % failed", "median"), ("both", "median_lower_bound")])
