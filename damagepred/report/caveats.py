@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.cautions import study_cautions, wall_cautions
+from damagepred.archive.provenance import GIVEN
 from damagepred.assembly.brick_cracks import bricks_break
 from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import PathStatus
@@ -23,8 +24,8 @@ from damagepred.uq.fragility.describe import median_lower_bound
 from damagepred.uq.fragility.fit import EXTRAPOLATED
 
 
-def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
-    """Return limits of the model of one wall, and assumptions of the ground that are not ``sampled``."""
+def model_caveats(scene: Scene, stated: Collection[str]) -> list[str]:
+    """Limits of the model of one wall, and assumptions of the ground: keys neither given in the file nor sampled."""
     kind = "house" if isinstance(scene, House) else "wall"
     said = [
         "Straight walls, each in its own plane, which pass vertical shear where they meet. The push of a wall's end on "
@@ -41,7 +42,7 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         ]
         left_out = f" There is no {', no '.join(absent)}." if absent else ""
         said.append(f"Displacements are small, and nothing swings or falls in time.{left_out}")
-    if assumed := assumed_slow_strains(scene, sampled):
+    if assumed := assumed_slow_strains(scene, stated):
         said.append(f"Slow strains have defaults, which are assumed: {', '.join(assumed)}.")
     if scene.solver.blocks in ("rigid", "elastic") and scene.solver.above_dpc in (None, "rigid", "elastic"):
         whole = "Bricks neither crack nor crush: cracks run through joints alone."
@@ -61,12 +62,12 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
             "The underside of the wall follows a given form: the wall's weight and stiffness do not change the form of "
             "the footing."
         )
-    if assumed := assumed_ground(scene, sampled):
+    if assumed := assumed_ground(scene, stated):
         said.append(
             f"Of the ground nothing was given but defaults: {', '.join(assumed)}. Your site differs; softer soil than "
             f"the site's spares the {kind}."
         )
-    if assumed := assumed_seasons(scene, sampled):
+    if assumed := assumed_seasons(scene, stated):
         said.append(f"The seasons have defaults, which are assumed and not measured at a site: {', '.join(assumed)}.")
     if not scene.movement.prescribed and scene.footing.concrete is None:
         said.append("The footing is linear elastic; a real one is cracked, and bends where it is.")
@@ -105,7 +106,7 @@ def wall_caveats(ds: xr.Dataset, scene: Scene) -> Section:
             "tip of their friction law; it was cut to that."
         )
     said += wall_cautions(ds)
-    return Section("caveats", "What to keep in mind", [Text([], said + model_caveats(scene))])
+    return Section("caveats", "What to keep in mind", [Text([], said + model_caveats(scene, _given(ds)))])
 
 
 def study_caveats(ds: xr.Dataset, curves: xr.Dataset, settings: StudySettings, moved: float) -> Section:
@@ -138,8 +139,13 @@ def study_caveats(ds: xr.Dataset, curves: xr.Dataset, settings: StudySettings, m
     if not is_house(ds):
         shared = "walls of a house, and houses of a street, share bricks, builders and ground"
         said.append(f"Walls are single walls: {shared}.")
-    said += model_caveats(settings.scene, settings.variables)
+    said += model_caveats(settings.scene, {*settings.variables, *_given(ds)})
     return Section("caveats", "What to keep in mind", [Text([], said)])
+
+
+def _given(ds: xr.Dataset) -> list[str]:
+    """Keys that the user's file gave; none in older archives."""
+    return str(ds.attrs.get(GIVEN, "")).split()
 
 
 def _curve_caveats(curves: xr.Dataset, moved: float) -> list[str]:

@@ -66,14 +66,15 @@ def ground_cautions(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
 
 
 def _by_default(scene: Scene, values: Mapping[str, str], sampled: Collection[str]) -> list[str]:
-    """Words of the keys with default values that are not sampled."""
+    """Words of the keys with default values that are neither given in the file nor sampled."""
+    stated = {*sampled, *(scene.given or ())}
 
     def is_default(key: str) -> bool:
         *tables, last = key.split(".")
         table = reduce(getattr, tables, scene)
         return table is None or getattr(table, last) == getattr(type(table)(), last)
 
-    return [words for key, words in values.items() if key not in sampled and is_default(key)]
+    return [words for key, words in values.items() if key not in stated and is_default(key)]
 
 
 def assumed_ground(scene: Scene, sampled: Collection[str] = ()) -> list[str]:

@@ -116,7 +116,7 @@ def test_what_varies_is_named_and_limits_without_entries_are_left_out(tmp_path: 
 
 
 def caveats(scene: dict) -> str:
-    return " ".join(model_caveats(Scene.from_dict(scene)))
+    return " ".join(model_caveats(Scene.from_dict(scene), ()))
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Limits of valid scenes, and error messages word for word."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -137,6 +138,9 @@ def test_edges(name: str) -> None:
     assert words in str(caught.value)
 
 
+SOIL = "shrinking soil of 5000 kPa/m"
+
+
 def test_ground_in_words() -> None:
     """Each number in its unit; H_s where the edge of the mound follows from it; what differs is not assumed."""
     soil = {"swelling_stiffness": 2.5e6, "shrinking_stiffness": 7.25e6}
@@ -160,6 +164,15 @@ def test_ground_in_words() -> None:
     edge = Mound(edge_distance=1.0, suction_depth=2.3)
     scene = Scene(movement=Movement(shape="mound", kind="doming"), mound=edge)
     assert list(_ground_values(scene)) == ["mound.surface_movement", "soil.shrinking_stiffness"]
+
+
+def test_a_value_in_the_file_is_no_assumption_even_if_it_is_the_default(tmp_path: Path) -> None:
+    file = tmp_path / "tree.toml"
+    movement = '[movement]\nshape = "mound"\nkind = "settle"\n'
+    file.write_text(f'{movement}[mound]\nshape = "tree"\n')
+    assert assumed_ground(Scene.from_toml(file)) == ["ground movement at the tree = 40 mm", SOIL]
+    file.write_text(f'{movement}[mound]\nshape = "tree"\nsurface_movement = "40 mm"\n')
+    assert assumed_ground(Scene.from_toml(file)) == [SOIL]
 
 
 def test_which_movements_keep_their_form() -> None:
