@@ -12,20 +12,16 @@ _SCALES: dict[str, tuple[tuple[float, str], ...]] = {
     "N": ((1e3, "kN"), (1.0, "N")),
     "N*m": ((1e3, "kN m"), (1.0, "N m")),
     "s": ((1.0, "s"), (1e-3, "ms")),
+    "Pa/m": ((1e9, "N/mm³"),),
+    "kg/m**3": ((1.0, "kg/m³"),),
+    "m/s**2": ((1.0, "m/s²"),),
+    "1": ((1.0, "–"),),
 }
 """Units by size, the largest first: the first that leaves a number of 0.1 or more is taken, or the last."""
 
-_FIXED = {
-    "Pa/m": (1e9, "N/mm³"),
-    "kg/m**3": (1.0, "kg/m³"),
-    "N/m": (1.0, "N/m"),
-    "m/s**2": (1.0, "m/s²"),
-    "1": (1.0, "–"),
-}
-
 
 def number(value: float, digits: int = 4) -> str:
-    """Return a number with a few significant figures, without an exponent where that is legible."""
+    """Number with a few significant figures, without an exponent where that is legible."""
     if not math.isfinite(value):
         return "–" if math.isnan(value) else "∞"
     text = f"{value:.{digits}g}"
@@ -34,19 +30,21 @@ def number(value: float, digits: int = 4) -> str:
     return text.replace("-", "−")
 
 
-def quantity(value: float, unit: str, digits: int = 4) -> tuple[str, str]:
-    """Return a number in SI and its unit as engineers write both."""
-    if unit in _FIXED:
-        factor, shown = _FIXED[unit]
-        return number(value / factor, digits), shown
+def suitable_unit(value: float, unit: str) -> tuple[float, str]:
+    """Size in SI and name of the unit in which engineers write a number in SI."""
     scales = _SCALES.get(unit, ((1.0, unit),))
-    factor, shown = next((s for s in scales if abs(value) >= 0.1 * s[0]), scales[-1])
-    return number(value / factor, digits), shown
+    return next((scale for scale in scales if abs(value) >= 0.1 * scale[0]), scales[-1])
 
 
-def length(value: float, digits: int = 3) -> str:
-    """Return a movement or width (m) in mm with its unit."""
-    return f"{number(1e3 * value, digits)} mm" if math.isfinite(value) else "–"
+def quantity(value: float, unit: str) -> tuple[str, str]:
+    """Number in SI and its unit as engineers write both."""
+    size, shown = suitable_unit(value, unit)
+    return number(value / size), shown
+
+
+def length(value: float) -> str:
+    """Movement or width (m) in mm with its unit."""
+    return f"{number(1e3 * value, 3)} mm" if math.isfinite(value) else "–"
 
 
 def counted(words: str, houses: bool) -> str:
@@ -59,12 +57,12 @@ def counted(words: str, houses: bool) -> str:
 
 
 def ratio(value: float) -> str:
-    """Return a deflection ratio as engineers write it, such as 1/300."""
+    """Deflection ratio as engineers write it, such as 1/300."""
     return f"1/{1 / value:.0f}" if math.isfinite(value) and value > 0 else number(value)
 
 
 def chance(value: float) -> str:
-    """Return a probability; "< 0.001" and "> 0.999" are those that rounding would make 0 or 1."""
+    """Probability; "< 0.001" and "> 0.999" are those that rounding would make 0 or 1."""
     if not math.isfinite(value):
         return "–"
     if 0 < value < 0.001:
@@ -75,7 +73,7 @@ def chance(value: float) -> str:
 
 
 def with_band(value: str, low: str, high: str, between: str = " ") -> str:
-    """Return a number with its confidence interval, if there is one that tells more."""
+    """Number with its confidence interval, if there is one that tells more."""
     if "–" in (value, low, high) or value == low == high:
         return value
     band = f"({low} to {high})"
@@ -83,7 +81,7 @@ def with_band(value: str, low: str, high: str, between: str = " ") -> str:
 
 
 def plain(value: Any) -> str:
-    """Return a setting that is no quantity."""
+    """Setting that is no quantity."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
@@ -96,12 +94,12 @@ def plain(value: Any) -> str:
 
 
 def named(word: str) -> str:
-    """Return a name of the archive or the scene file in plain words."""
+    """Name of the archive or the scene file in plain words."""
     return word.replace("_", " ")
 
 
 def duration(seconds: float) -> str:
-    """Return a time (s) with the unit that suits it."""
+    """Time (s) with the unit that suits it."""
     if seconds < 90:
         return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1f} s"
     if seconds < 5400:

@@ -71,7 +71,6 @@ class Wait:
 
     def __init__(self) -> None:
         self.activities: list[list[Any]] = []
-        self.bars = 0
         self._printed = time.monotonic()
         self._said = ""
         self._named: set[str] = set()
@@ -80,9 +79,9 @@ class Wait:
         self._thread: threading.Thread | None = None
 
     @contextlib.contextmanager
-    def doing(self, activity: str) -> Iterator[list[Any]]:
-        """Name the activity inside; the list returned has its name, which may change, and its start."""
-        entry = [activity, time.monotonic()]
+    def doing(self, activity: str, bar: bool = False) -> Iterator[list[Any]]:
+        """Name the activity inside, with a bar of progress or without; the name is in the list and may change."""
+        entry = [activity, time.monotonic(), bar]
         self._named.clear()
         self.activities.append(entry)
         if self._thread is None or not self._thread.is_alive():
@@ -118,15 +117,16 @@ class Wait:
                 self._say()
 
     def _say(self) -> None:
-        activity, began = self.activities[-1]
+        activity, began, _ = self.activities[-1]
+        bar = any(shown for *_, shown in self.activities)
         count, dot = "", self.DOT
         if work := _kernel_work():
             activity, count, dot = work, _compiled(), self.COUNT
         silence = time.monotonic() - max(self._printed, began if activity != self._said else 0.0)
-        again = activity in self._named or bool(self.bars and not work)
-        if FORM.quiet or not activity or (self.bars and again and _err().is_terminal and not count):
+        again = activity in self._named or (bar and not work)
+        if FORM.quiet or not activity or (bar and again and _err().is_terminal and not count):
             return
-        on_a_terminal = _err().is_terminal and not self.bars
+        on_a_terminal = _err().is_terminal and not bar
         if silence < (dot if again and not on_a_terminal else self.FIRST) and not self._line_shown:
             return
         text = f"{activity}{count}, {time.monotonic() - began:.0f} s so far"
@@ -139,7 +139,7 @@ class Wait:
         else:
             _err().print(escaped(text))
         sys.stderr.flush()
-        self._said = self._said if again and self.bars else activity
+        self._said = self._said if again and bar else activity
         self._named.add(self._said)
 
 
@@ -375,30 +375,24 @@ def _parts_that_fit(columns: Sequence[str], rows: Sequence[Sequence[str]], width
     return parts
 
 
-class _Progress:
+class _Progress(contextlib.ExitStack[None]):
     """A bar of progress, shown only on a terminal, with columns of rich before and after it."""
 
     def __init__(self, before: str, *after: str, transient: bool) -> None:
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+        super().__init__()
         texts = map(TextColumn, after[:-1])
         columns = (TextColumn(before), BarColumn(), MofNCompleteColumn(), *texts, TimeElapsedColumn())
         last = map(TextColumn, after[-1:])
         self._shown = _err().is_terminal and not FORM.quiet
         self._progress = Progress(*columns, *last, console=_err(), transient=transient, disable=not self._shown)
-        self._activity: list[Any] = [before, 0.0]
-        self._open = contextlib.ExitStack()
+        self._activity: list[Any] = [before]
 
     def __enter__(self) -> Self:
-        self._activity = self._open.enter_context(doing(self._activity[0]))
-        _WAIT.bars += self._shown
-        self._progress.start()
+        self._activity = self.enter_context(doing(self._activity[0], self._shown))
+        self.enter_context(self._progress)
         return self
-
-    def __exit__(self, *problem: object) -> None:
-        self._progress.stop()
-        _WAIT.bars -= self._shown
-        self._open.close()
 
 
 class Bar(_Progress):

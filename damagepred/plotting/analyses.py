@@ -366,7 +366,9 @@ def _draw_map(posterior: xr.Dataset, ax: Axes) -> Axes:
     levels = [posterior[f"level_{end}"].values.tolist() for end in ends]
     for x, y, to_x, to_y, difference in zip(*levels):
         ax.plot([x, to_x], [y, to_y], color=OPENING_STYLES[0][0], marker="|", linestyle="--", linewidth=1.2, zorder=4)
-        words, at_end = f"{difference * sheet.MM:+.3g} mm", {**style, "ha": "right", "color": OPENING_STYLES[0][0]}
+        # above its line, so inside the wall
+        at_end = {**style, "ha": "left" if to_x < x else "right", "color": OPENING_STYLES[0][0]}
+        words = f"{difference * sheet.MM:+.3g} mm"
         ax.annotate(words, (to_x, to_y), (0, 8), textcoords="offset points", **at_end)
     sheet.elevation(ax)
     if isinstance(scene, House):

@@ -139,8 +139,8 @@ def _draw_cracks(ax: Axes, gaps: FloatArray, width: FloatArray, table: DamageTab
     bar.ax.tick_params(which="both", length=0)
     bar.set_ticks(limits, labels=[sheet.plain_number(limit) for limit in limits])
     for category in range(palette.N if numbered else 0):
-        ink, place = "white" if category > 2 else "black", ((category + 0.5) / palette.N, 0.45)
-        style: dict[str, Any] = {"transform": bar.ax.transAxes, "ha": "center", "va": "center"}
+        ink, place = "white" if category > 2 else "black", ((category + 0.5) / palette.N, 0.5)
+        style: dict[str, Any] = {"transform": bar.ax.transAxes, "ha": "center", "va": "center_baseline"}
         bar.ax.text(*place, str(category), fontsize=sheet.small(ax), color=ink, **style)
 
 

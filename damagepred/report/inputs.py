@@ -15,7 +15,7 @@ from damagepred.archive.provenance import UNITS
 from damagepred.assembly.brick_cracks import bricks_break
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
-from damagepred.formatting import named, number, plain, quantity
+from damagepred.formatting import named, number, plain, quantity, suitable_unit
 from damagepred.inputs.data_files import CONFIDENCE, data_tables
 from damagepred.report.parts import Part, Section, Text
 from damagepred.results.tables import Table
@@ -25,23 +25,14 @@ from damagepred.scene.scene import step_names
 from damagepred.uq.variable import Variable
 
 HEADS = {
-    "wall": "Wall",
     "block": "Blocks",
     "joint": "Mortar joints",
     "head_joint": "Head joints",
     "dpc": "Damp-proof course",
-    "opening": "Opening",
-    "footing": "Footing",
-    "movement": "Movement",
     "rig": "Test rig",
-    "soil": "Soil",
-    "mound": "Mound",
-    "loads": "Loads",
-    "load": "Load",
-    "solver": "Solver",
-    "damage": "Damage",
     "dynamics": "Run in time",
 }
+"""Heads of the tables that are not called by their name."""
 
 _EXPLICIT = ("damping", "ramp_cycles", "maximum_cycles", "time_step_safety")
 _OPTIONS = ("solver", "damage")  # the page lists few defaults of these tables
@@ -137,7 +128,7 @@ def _rows(
     units: Mapping[str, str],
 ) -> Iterator[list[str]]:
     kind, _, which = table.partition(".")
-    head = f"{HEADS.get(kind, named(kind))} {which}".strip()
+    head = f"{HEADS.get(kind, named(kind).capitalize())} {which}".strip()
     for key, value in values.items():
         place = f"{table}.{key}"
         parts = {"": value} if isinstance(value, dict) else {}
@@ -197,10 +188,7 @@ def _scale_of(variable: Variable, unit: str) -> tuple[float, str]:
     given = next(filter(None, stated), next(iter(variable.values), 1.0))
     if written := unit_in(given):
         return to_si(f"1 {written}", unit), _pretty(written)
-    value = to_si(given, unit)
-    text, shown = quantity(value, unit, 12)
-    number_ = float(text.replace("−", "-"))
-    return (value / number_ if number_ else 1.0), shown
+    return suitable_unit(to_si(given, unit), unit)
 
 
 def _words(variable: Variable, unit: str, scale: float) -> str:

@@ -130,8 +130,7 @@ def test_a_long_compilation_is_counted_again(monkeypatch: pytest.MonkeyPatch, ca
     monkeypatch.setattr(terminal.Wait, "COUNT", 0.0)
     wait = terminal.Wait()
     monkeypatch.setattr(wait, "_watch", lambda: None)
-    wait.bars = 1  # a bar of progress stands still meanwhile
-    with wait.doing("solving"):
+    with wait.doing("solving", bar=True):  # which stands still meanwhile
         for function in functions:
             function.signatures = ["float64"]
             wait._say()

@@ -151,7 +151,13 @@ def posterior(alike: bool) -> xr.Dataset:
         probability = ("study", "map_y", "map_x"), np.linspace(0.0, 0.9, 12).reshape(2, 2, 3), {"wider_than": 1e-3}
         described = Scene.from_dict({"wall": {"length": 0.96, "height": 0.225}}).to_toml()
         places = {"observed_x": [0.2, 0.5, 0.7], "observed_y": [0.05, 0.2, 0.1], "observed_width": [2e-3, 0.0, 4e-3]}
-        levels = {"x": [0.1], "y": [0.0], "to_x": [0.8], "to_y": [0.1], "difference": [-3.2e-3]}
+        levels = {
+            "x": [0.1, 0.9],
+            "y": [0.0, 0.1],
+            "to_x": [0.8, 0.3],
+            "to_y": [0.1, 0.1],
+            "difference": [-3.2e-3, 1e-3],
+        }
         ds = ds.assign(
             {n: ("observed", v) for n, v in places.items()}
             | {f"level_{n}": ("level", v) for n, v in levels.items()}
