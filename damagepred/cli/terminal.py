@@ -72,9 +72,8 @@ class Wait:
     def __init__(self) -> None:
         self.activities: list[list[Any]] = []
         self._printed = time.monotonic()
-        self._said = ""
         self._named: set[str] = set()
-        self._line_shown = self._dotted = False
+        self._line_end = ""  # of the line on the activity, before other output
         self._lock = threading.RLock()
         self._thread: threading.Thread | None = None
 
@@ -97,16 +96,12 @@ class Wait:
 
     @contextlib.contextmanager
     def interrupted(self) -> Iterator[None]:
-        """Erase the line during other output."""
+        """End or erase the line before other output."""
         with self._lock:
-            if self._line_shown:
-                self._line_shown = False
+            if self._line_end:
                 with contextlib.suppress(OSError):
-                    sys.stderr.write("\r\x1b[K")
-            if self._dotted:
-                self._dotted = False
-                with contextlib.suppress(OSError):
-                    sys.stderr.write("\n")
+                    sys.stderr.write(self._line_end)
+                self._line_end = ""
             yield
             self._printed = time.monotonic()
 
@@ -122,25 +117,25 @@ class Wait:
         count, dot = "", self.DOT
         if work := _kernel_work():
             activity, count, dot = work, _compiled(), self.COUNT
-        silence = time.monotonic() - max(self._printed, began if activity != self._said else 0.0)
+        silence = time.monotonic() - max(self._printed, began)
         again = activity in self._named or (bar and not work)
-        if FORM.quiet or not activity or (bar and again and _err().is_terminal and not count):
+        if FORM.quiet or not activity or (bar and again and not count):
             return
         on_a_terminal = _err().is_terminal and not bar
-        if silence < (dot if again and not on_a_terminal else self.FIRST) and not self._line_shown:
+        erasing = "\r\x1b[K"
+        if silence < (dot if again and not on_a_terminal else self.FIRST) and self._line_end != erasing:
             return
         text = f"{activity}{count}, {time.monotonic() - began:.0f} s so far"
         if on_a_terminal:
             sys.stderr.write(f"\r{text[: _err().width - 1]}\x1b[K")
-            self._line_shown = True
+            self._line_end = erasing
         elif again and not count:
             sys.stderr.write(".")
-            self._dotted, self._printed = True, time.monotonic()
+            self._line_end, self._printed = "\n", time.monotonic()
         else:
             _err().print(escaped(text))
         sys.stderr.flush()
-        self._said = self._said if again and bar else activity
-        self._named.add(self._said)
+        self._named.add(activity)
 
 
 def _kernel_work() -> str:
