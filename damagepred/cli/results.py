@@ -68,13 +68,14 @@ def compare(
     plot: opt.Picture = None,
 ) -> None:
     """Compare studies: change of a probability of damage by each measure, with the same samples."""
+    from damagepred.analyses.stored_walls import study_name
     from damagepred.cli.sentences import comparison_lines
     from damagepred.results.house import is_house, study_of
     from damagepred.uq.capacity import category_number
     from damagepred.uq.movement_distribution import movement_distribution
 
     movement = movement_distribution(at, option="--at")
-    names = [folder.name.removesuffix(".dp") for folder in folders]
+    names = [study_name(folder) for folder in folders]
     if len(set(names)) < len(names):
         names = [str(folder) for folder in folders]
     if twice := [name for name in names if names.count(name) > 1]:

@@ -315,6 +315,11 @@ class Deformed:
 
         return np.stack((shown(0, start), shown(0, end), shown(1, end), shown(1, start)), 1)
 
+    def middles(self, faces: Faces) -> FloatArray:
+        """Lines midway between the two blocks of each interface as drawn (m, 2, 2)."""
+        gaps = self.gaps(faces)
+        return (gaps[:, :2] + gaps[:, [3, 2]]) / 2
+
     @property
     def scale(self) -> str:
         """Scale of displacements in words."""

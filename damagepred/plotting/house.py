@@ -77,9 +77,9 @@ def draw_plan(house: House, ds: xr.Dataset | None = None, ax: Axes | None = None
     return ax
 
 
-def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -> Axes:
-    """Walls of a house side by side, with cracks in the colour of their category and the widest of each wall."""
-    house, drawn = house_of(ds), Deformed.of(unfolded(ds), increment, None)
+def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Walls of a house side by side at the end, cracks in the colour of their category, with the widest of each."""
+    house, drawn = house_of(ds), Deformed.of(unfolded(ds), -1, None)
     places = unfolded_places(house)
     ax = sheet.axes_or_new(ax, 10.0, drawn.sheet_height(2.0))
     ax.set_xlim(min(0.0, drawn.shape[:, 0].min()) - 0.2, drawn.shape[:, 0].max() + 0.2)
@@ -88,10 +88,9 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
         shapes = [drawn.outlines[i] for i in np.flatnonzero(chosen)]
         sheet.add_shapes(ax, shapes, facecolors=colour, edgecolors=BRICK_EDGE, linewidths=0.25)
     wall_of, cracks = _cracks(ds, drawn)
-    gaps = drawn.gaps(cracks)
-    middle, colours = (gaps[:, :2] + gaps[:, [3, 2]]) / 2, _crack_colours(ds, cracks.crack)
+    middle, colours = drawn.middles(cracks), _crack_colours(ds, cracks.crack)
     sheet.add_lines(ax, middle, colors=colours, linewidths=2.2, zorder=4, label="cracks")
-    widths, categories = (ds[f"wall_{name}"].values[increment] for name in ("crack_width_max", "damage_category"))
+    widths, categories = (ds[f"wall_{name}"].values[-1] for name in ("crack_width_max", "damage_category"))
     wall_at, y = ds["block_wall"].values[drawn.block], drawn.shape[:, 1]
     row_of = np.array([level for _, level in places])[wall_at]
     letters, top = sheet.letters_across(ax) / float(np.ptp(ax.get_xlim())), 0.0  # per metre
@@ -107,7 +106,7 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1) -
         own = np.flatnonzero(wall_of == number)
         if own.size:
             widest = own[cracks.crack[own].argmax()]
-            words, place = f"{MM * cracks.crack[widest]:.2f}", gaps[widest].mean(axis=0)
+            words, place = f"{MM * cracks.crack[widest]:.2f}", middle[widest].mean(axis=0)
             ax.annotate(words, place, (8, -8), textcoords="offset points", fontsize=small(ax), zorder=6, bbox=BOX)
     meet: dict[tuple[int, float], list[str]] = {}
     for junction in house.junctions:

@@ -97,7 +97,7 @@ def draw_wall(
     dpc = faces.pick(joints.is_dpc)
     if len(dpc.opening):
         gaps, is_open = wall.gaps(dpc), dpc.opening > HAIRLINE
-        sheet.add_lines(ax, _middle(gaps), colors=colours.DPC_COLOUR, linewidths=0.7, zorder=3, label="dpc")
+        sheet.add_lines(ax, wall.middles(dpc), colors=colours.DPC_COLOUR, linewidths=0.7, zorder=3, label="dpc")
         if is_open.any():
             _draw_gaps(ax, gaps[is_open], to_rgba_array(colours.DPC_COLOUR), 0.9, "dpc opening", 3)
     control = wall.gaps(faces.pick(joints.kind == ContactKind.CONTROL_JOINT))
@@ -106,9 +106,9 @@ def draw_wall(
         sides = np.concatenate((control[:, :2], control[:, 2:]))
         line: dict[str, Any] = {"colors": colours.CONTROL_JOINT_COLOUR, "linewidths": 1.3, "zorder": 3}
         sheet.add_lines(ax, sides, label="control joints", **line)
-    slipped = wall.gaps(faces.pick((joints.is_masonry | joints.is_dpc) & (faces.slip > HAIRLINE)))
+    slipped = wall.middles(faces.pick((joints.is_masonry | joints.is_dpc) & (faces.slip > HAIRLINE)))
     if slips and len(slipped):
-        sheet.add_lines(ax, _middle(slipped), colors=colours.SLIP_COLOUR, linewidths=2.2, zorder=3.8, label="slips")
+        sheet.add_lines(ax, slipped, colors=colours.SLIP_COLOUR, linewidths=2.2, zorder=3.8, label="slips")
     sheet.elevation(ax)
     ax.margins(0.02)
     ax.autoscale_view()
@@ -120,11 +120,6 @@ def draw_wall(
     ending = str(ds.attrs.get("status_message", ds.attrs.get("status"))) if at_end else ""
     sheet.set_title(ax, sheet.title_of(ds, "wall"), words, wall.scale, ending)
     return ax
-
-
-def _middle(gaps: FloatArray) -> FloatArray:
-    """Lines midway between the faces of gaps (m, 4, 2)."""
-    return (gaps[:, :2] + gaps[:, [3, 2]]) / 2
 
 
 def _draw_cracks(ax: Axes, gaps: FloatArray, width: FloatArray, table: DamageTable) -> None:

@@ -14,11 +14,12 @@ from damagepred.uq.intensity import ShownMeasure
 UNKNOWN = 0.995  # distance of the bounds of a probability from which it counts as unknown
 
 
-def in_words(estimate: Estimate, of_what: str = "wall") -> str:
-    """Probability with its interval, and as a number of walls or houses in 100."""
+def estimate_answer(estimate: Estimate, category: str, of_what: str) -> str:
+    """Probability of a category with its interval, and as a number of walls or houses in 100."""
     if np.isnan(estimate.value):
         reach = f"between {chance(estimate.lower)} and {chance(estimate.upper)}"
-        return f"unknown, {reach}: no {of_what} without it was followed as far; run the study with a larger movement"
+        why = f"no {of_what} without it was followed as far; run the study with a larger movement"
+        return f"Category {category}: unknown, {reach}: {why}."
     interval = f"{estimate.confidence:.0%} interval {chance(estimate.lower)} to {chance(estimate.upper)}"
     share = 100 * estimate.value
     of = f"about {share:.0f} {of_what}{'s' if round(share) != 1 else ''} in 100"
@@ -26,12 +27,7 @@ def in_words(estimate: Estimate, of_what: str = "wall") -> str:
         of = f"{'all' if share else 'none'} of the {of_what}s"
     elif share < 1:
         of = f"fewer than 1 {of_what} in 100"
-    return f"probability {chance(estimate.value)} ({interval}), {of}"
-
-
-def estimate_answer(estimate: Estimate, category: str, of_what: str = "wall") -> str:
-    """Answer of an estimate."""
-    return f"Category {category}: {in_words(estimate, of_what)}."
+    return f"Category {category}: probability {chance(estimate.value)} ({interval}), {of}."
 
 
 def comparison_answer(comparison: xr.Dataset, category: int, movement: float) -> str:

@@ -74,12 +74,11 @@ def _wall(ds: xr.Dataset) -> dict[str, Any]:
         "movement": (ds["time"] if is_dynamic(ds) else ds[movement_measure(ds)] * MM).values[steps].tolist(),
         "said": [_said(ds, i) for i in steps],
         "labels": json.loads(ds.attrs.get("labels", "[]")),
-        "widest": (ds["crack_width_max"].values[steps] * MM).tolist(),
     }
 
 
 def _steps(ds: xr.Dataset) -> list[int]:
-    """Return positions of the increments to show: all, or as many as can be, first and last among them."""
+    """Positions of the increments to show: all, or as many as can be, first and last among them."""
     followed = np.flatnonzero(np.isfinite(ds["crack_width_max"].values))
     chosen = np.linspace(0, len(followed) - 1, min(len(followed), MOST_SHOWN)).round().astype(int)
     return [int(i) for i in followed[chosen]]
@@ -92,13 +91,13 @@ def _said(ds: xr.Dataset, increment: int) -> str:
 
 
 def _scaled(values: ArrayLike) -> dict[str, Any]:
-    """Return numbers as whole multiples of a ``LEVELS``-th of the largest."""
+    """Numbers as whole multiples of a ``LEVELS``-th of the largest."""
     array = np.asarray(values, dtype=np.float64)
     largest = float(np.abs(array).max(initial=0.0)) or 1.0
     return {"largest": largest, **_packed(np.rint(array * (LEVELS / largest)), "int16")}
 
 
 def _packed(values: ArrayLike, kind: str) -> dict[str, str]:
-    """Return an array as text: little-endian, compressed, in base 64."""
+    """Array as text: little-endian, compressed, in base 64."""
     raw = np.ascontiguousarray(values).astype(np.dtype(kind).newbyteorder("<")).tobytes()
     return {"type": kind, "data": base64.b64encode(zlib.compress(raw, 9)).decode("ascii")}

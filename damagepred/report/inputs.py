@@ -98,22 +98,18 @@ def unsure(settings: StudySettings) -> list[str]:
 
 
 def _tables(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the tables of a scene that the calculation reads."""
-    method, unread = scene.solver.method, scene.unread()
+    """Yield the tables of a scene with the keys that the calculation reads."""
+    unread = scene.unread()
+    if scene.solver.method != "explicit":
+        unread |= {f"solver.{key}" for key in _EXPLICIT}
+    if scene.solver.blocks in ("rigid", "elastic"):
+        idle = ("dilation",) if bricks_break(scene) else _OF_ZONES
+        unread |= {"solver.plane", *(f"block.{key}" for key in idle)}
+    if scene.joint.compressive_strength is None:
+        unread.add("joint.cap_shear")
     for name, values in scene.to_dict().items():
-        if isinstance(values, dict):
-            values = {key: value for key, value in values.items() if f"{name}.{key}" not in unread}
-        if name == "solver" and method != "explicit":
-            values = {key: value for key, value in values.items() if key not in _EXPLICIT}
-        if name == "solver" and scene.solver.blocks in ("rigid", "elastic"):
-            values = {key: value for key, value in values.items() if key != "plane"}
-        if name == "block" and scene.solver.blocks in ("rigid", "elastic"):
-            idle = ("dilation",) if bricks_break(scene) else _OF_ZONES
-            values = {key: value for key, value in values.items() if key not in idle}
-        if name == "joint" and "compressive_strength" not in values:
-            values = {key: value for key, value in values.items() if key != "cap_shear"}
         if isinstance(values, dict) and name != "report":
-            yield name, values
+            yield name, {key: value for key, value in values.items() if f"{name}.{key}" not in unread}
         elif isinstance(values, list):
             for step, item in zip(step_names(values), values):
                 yield f"{name}.{step}", item

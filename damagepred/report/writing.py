@@ -48,7 +48,7 @@ def _template() -> Any:
         return markupsafe.Markup(_CODE.sub(r"<code>\1</code>", str(markupsafe.escape(_together(text)))))
 
     environment.filters["code"] = with_code  # of text between backquotes
-    environment.filters["verbatim"] = lambda text: markupsafe.escape(text)
+    environment.filters["verbatim"] = markupsafe.escape
     return environment.from_string(_file("page.html"))
 
 
