@@ -370,7 +370,7 @@ def _parts_that_fit(columns: Sequence[str], rows: Sequence[Sequence[str]], width
     return parts
 
 
-class _Progress(contextlib.ExitStack[None]):
+class _Progress(contextlib.ExitStack[bool | None]):
     """A bar of progress, shown only on a terminal, with columns of rich before and after it."""
 
     def __init__(self, before: str, *after: str, transient: bool) -> None:

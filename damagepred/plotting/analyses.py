@@ -127,7 +127,7 @@ def draw_sensitivity(shares: xr.Dataset, axes: Sequence[Axes] | None = None) -> 
         ax.set_yticks(rows, names)
         ax.set_ylim(-0.6, len(names) - 0.4)
         sheet.grid(ax, "x")
-        sheet.legend_below(ax, ax.get_legend_handles_labels()[0], 2, 0.6, left=True)
+        sheet.legend_below(ax, columns=2, inches=0.6, left=True)
     lower.set_xlim(min(-0.05, lower.get_xlim()[0]), max(1.05, lower.get_xlim()[1]))
     title = sheet.title_of(shares, "sensitivity")
     censored = float(shares.attrs.get("share_censored", 0.0))
@@ -187,7 +187,7 @@ def draw_design_search(search: xr.Dataset, axes: Sequence[Axes] | None = None) -
         upper.set_ylim(0.0, min(1.3 * most, 1.0))
     upper.set_ylabel("expected cost, repairs included" if by_cost else "probability")
     upper.set_xlabel("cost")
-    sheet.legend_below(upper, upper.get_legend_handles_labels()[0], 3)
+    sheet.legend_below(upper, columns=3)
     chosen = sheet.verbatim(str(search.attrs["chosen"])) or "no alternative meets it for certain"
     sheet.set_title(upper, "Cost with repairs" if by_cost else "Cost and probability of damage", f"chosen: {chosen}")
     rows, errors = np.arange(search.sizes["measure"]), search["value_error"].values
@@ -237,7 +237,7 @@ def draw_portfolio(street: xr.Dataset, ax: Axes | None = None) -> Axes:
         ax.set_ylim(0.0, 1.0)
         ax.set_ylabel("probability")
         ax.set_xlabel("houses, the most damaged first")
-    sheet.legend_below(ax, ax.get_legend_handles_labels()[0], 4)
+    sheet.legend_below(ax, columns=4)
     unknown = street.sizes["house"] - len(order)
     left = f"; {unknown} with unknown probabilities left out" if unknown else ""
     sheet.set_title(ax, sheet.title_of(street, "houses"), f"{len(order)} houses{left}")
@@ -296,7 +296,7 @@ def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None
     axes[0].set_xlabel(f"{shown[0].words} ({shown[0].unit})" if alike else "movement over the largest of the study")
     axes[0].set_ylabel("posterior probability\nof a smaller movement")
     sheet.set_title(axes[0], "Movement, given the observations", warning)
-    sheet.legend_below(axes[0], axes[0].get_legend_handles_labels()[0])
+    sheet.legend_below(axes[0])
     if len(axes) > 1:
         _draw_map(posterior, axes[1])
     return axes

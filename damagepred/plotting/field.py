@@ -14,7 +14,7 @@ from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColor
 from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
 
-from damagepred.archive.schema import VARIABLES, is_dynamic
+from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError, nearest
@@ -114,18 +114,12 @@ def draw(
     if any(place in dims for place in _PLACES):
         return _draw_field(ds, variable, ax, increment, exaggeration)
     if "section" in dims:
-        factor, unit = _shown_unit(ds, variable)
+        factor, unit = sheet.shown_unit(ds, variable)
         name = f"{variable.removeprefix('section_').replace('_', ' ')}{unit}"
         ax = _draw_along(ds, ax, ds["section_x"].values, ds[variable].values * factor, name)
         sheet.set_title(ax, sheet.title_of(ds, "wall"), str(ds[variable].attrs.get("long_name", "")))
         return ax
     return _draw_over_movement(ds, variable, ax, against, label)
-
-
-def _shown_unit(ds: xr.Dataset, name: str) -> tuple[float, str]:
-    """Factor and unit of a variable, see ``sheet.shown_unit``."""
-    stored = VARIABLES[name].units if name in VARIABLES else None
-    return sheet.shown_unit(str(ds[name].attrs.get("units", stored or "1")))
 
 
 def _draw_stress(
@@ -165,7 +159,7 @@ def _draw_field(ds: xr.Dataset, variable: str, ax: Axes | None, increment: int, 
     wall = Deformed.of(ds, increment, exaggeration)
     ax = sheet.axes_or_new(ax, 10.0, wall.sheet_height(2.4))
     field = ds[variable]
-    factor, unit = _shown_unit(ds, variable)
+    factor, unit = sheet.shown_unit(ds, variable)
     values = (field.values[increment] if "increment" in field.dims else field.values) * factor
     words = sheet.verbatim(str(field.attrs.get("long_name", variable.replace("_", " "))))
     names = [str(word).replace("_", " ") for word in str(field.attrs.get("flag_meanings", "")).split()]
@@ -264,7 +258,7 @@ def _draw_bed(ds: xr.Dataset, bed: str, ax: Axes | None) -> Axes:
     if opening.max() > SHOWN_SHARE * threshold:
         ax.axhline(threshold * sheet.MM, color="black", linestyle="--", linewidth=1.0, label=f"threshold {limit}")
     stretches = [span for piece in pieces for span in geometry.open_stretches(x[piece], opening[-1, piece], threshold)]
-    sheet.legend_below(ax, ax.get_legend_handles_labels()[0])
+    sheet.legend_below(ax)
     left = ax.get_xlim()[0]
     spans = ", ".join(f"{a - left:.2f} to {b - left:.2f} m" for a, b in stretches[:4])
     more = f" and {len(stretches) - 4} more stretches" if len(stretches) > 4 else ""
@@ -284,7 +278,7 @@ def _draw_over_movement(ds: xr.Dataset, variable: str, ax: Axes | None, against:
         raise InputError(f"against = '{by}': {allowed}{nearest(by, names)}")
     first = ax is None or not ax.lines
     ax = sheet.axes_or_new(ax, 8.0, 5.0)
-    (factor, unit), (x_factor, x_unit) = (_shown_unit(ds, name) for name in (variable, by))
+    (factor, unit), (x_factor, x_unit) = (sheet.shown_unit(ds, name) for name in (variable, by))
     x, y = ds[by].values * x_factor, ds[variable].values * factor
     name = movement_words(ds, by) if by.endswith(("movement", "deflection", "displacement")) else by.replace("_", " ")
     in_stages = against is None and label is None and "stage" in ds.variables and y.ndim == 1

@@ -94,7 +94,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         ax.set_xlabel(f"{'time (years)' if by == 'time' else by}; dotted: the movement turns")
     else:
         label_movement(ax, movement_words(ds))
-    legend_below(ax, ax.get_legend_handles_labels()[0])
+    legend_below(ax)
     bands = f"bands: crack widths by {table.name}; " if table.category_names else ""
     said = f"marks on the black line: the wall's category{colours.not_reached(ds, int(category.max()))}"
     set_title(ax, title_of(ds, "wall"), bands + said)

@@ -17,7 +17,7 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation, Transform, blended_transform_factory
 
-from damagepred.archive.schema import is_dynamic
+from damagepred.archive.schema import VARIABLES, is_dynamic
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.inputs.text import without_controls
@@ -123,8 +123,10 @@ def figure_of(ax: Axes) -> Figure:
     return figure
 
 
-def shown_unit(units: str) -> tuple[float, str]:
-    """Factor from an SI unit to the unit of a picture, and the latter in brackets, empty without a unit."""
+def shown_unit(ds: xr.Dataset, name: str) -> tuple[float, str]:
+    """Factor from the SI unit of a variable to the unit of a picture, and the latter in brackets, empty without one."""
+    stored = VARIABLES[name].units if name in VARIABLES else None
+    units = str(ds[name].attrs.get("units", stored or "1"))
     factor, unit = _UNITS.get(units, (1.0, units))
     return factor, f" ({unit})" if unit else ""
 
@@ -203,9 +205,11 @@ BELOW_BAR = 0.95  # distance of a legend below axes with a colour bar between (i
 
 
 def legend_below(
-    ax: Axes, handles: Sequence[Artist], columns: int = 6, inches: float = 0.5, left: bool = False
+    ax: Axes, handles: Sequence[Artist] | None = None, columns: int = 6, inches: float = 0.5, left: bool = False
 ) -> None:
-    """Put a legend in rows under the axes, where it covers no data."""
+    """Put a legend in rows under the axes, where it covers no data; by default of all that has a label."""
+    if handles is None:
+        handles = ax.get_legend_handles_labels()[0]
     # a legend wider than the axes would take room from them on both sides
     for count in range(min(columns, len(handles)), 0, -1):
         legend = ax.legend(

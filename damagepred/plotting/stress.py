@@ -41,11 +41,6 @@ def check_stress(ds: xr.Dataset) -> None:
         raise InputError("stress in rigid blocks is drawn of static runs only: in time, they change neighbours.")
 
 
-def zone_stress(ds: xr.Dataset, increment: int) -> FloatArray:
-    """Stresses s_xx, s_yy and s_xy of the zones at an increment, (z, 3) (Pa)."""
-    return np.column_stack([ds[f"zone_stress_{name}"].values[increment] for name in ("xx", "yy", "xy")])
-
-
 def block_stress(ds: xr.Dataset, increment: int) -> FloatArray:
     """Mean stress s_xx, s_yy and s_xy in every block, (n, 3) (Pa): sum(f r) / volume over the forces in its joints."""
     # forces on a block as a whole, such as the roof's, count as if spread over it like weight, which adds nothing
@@ -114,7 +109,10 @@ def stresses(wall: Deformed) -> tuple[FloatArray, FloatArray]:
     """Stresses s_xx, s_yy, s_xy (Pa) of the rigid blocks (k, 3) and of all zones (z, 3)."""
     bricks = wall.rigid & ~wall.footing
     rigid = block_stress(wall.ds, wall.increment)[bricks] if bricks.any() else np.empty((0, 3))
-    return rigid, zone_stress(wall.ds, wall.increment) if "zone_state" in wall.ds else np.empty((0, 3))
+    if "zone_state" not in wall.ds:
+        return rigid, np.empty((0, 3))
+    zoned = [wall.ds[f"zone_stress_{name}"].values[wall.increment] for name in ("xx", "yy", "xy")]
+    return rigid, np.column_stack(zoned)
 
 
 def stress_levels(ds: xr.Dataset, variable: str, increments: Sequence[int]) -> FloatArray:

@@ -82,7 +82,7 @@ def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
     paths = common_paths(ds, width_name=variable)
     ax = sheet.axes_or_new(ax, 9.0, 5.5)
     table, of_cracks = colours.table_of(ds), variable.startswith("crack_")
-    factor, unit = sheet.shown_unit(str(ds[variable].attrs.get("units", "m" if of_cracks else "1")))
+    factor, unit = sheet.shown_unit(ds, variable)
     x, values = paths.movement * sheet.MM, paths.width * factor
     shown = np.where(np.isfinite(values), values, np.nan)
     if not variable.endswith(("_max", "_worst", "_width")):  # a number that may fall is unknown beyond the path's end
@@ -180,7 +180,7 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.set_ylim(0.0, 1.0)
     sheet.label_movement(ax, movement_words(ds))
     ax.set_ylabel(f"share of the {noun(ds)}s")
-    sheet.legend_below(ax, ax.get_legend_handles_labels()[0])
+    sheet.legend_below(ax)
     what = f"highest category reached up to each movement{not_reached(ds, int(paths.category.max()))}"
     sheet.set_title(ax, sheet.title_of(ds, "study"), f"{count_walls(ds)}; {what}")
     return ax

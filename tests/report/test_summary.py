@@ -227,7 +227,7 @@ def test_without_damage_an_answer_names_the_upper_limit() -> None:
 def test_an_estimate_is_a_number_of_walls() -> None:
     def said(value: float) -> str:
         estimate = Estimate(value, 0.05, 0.31, 0.51, 0.9, 64, 64.0)
-        return estimate_answer(estimate, "2 or worse at 25 mm")
+        return estimate_answer(estimate, "2 or worse at 25 mm", "wall")
 
     assert said(0.41) == (
         "Category 2 or worse at 25 mm: probability 0.41 (90% interval 0.31 to 0.51), about 41 walls in 100."
