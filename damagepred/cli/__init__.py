@@ -9,13 +9,13 @@ from typing import Annotated
 import typer
 
 from damagepred.cli import results, studies, terminal, walls
-from damagepred.cli.options import BAD_INPUT, INTERRUPTED, OK, SOME_FAILED, app
+from damagepred.cli.options import BAD_INPUT, DOING, INTERRUPTED, OK, SOME_FAILED, app
 from damagepred.errors import InputError, SolverError, StudyError
 
 __all__ = ["BAD_INPUT", "INTERRUPTED", "OK", "SOME_FAILED", "app", "main", "results", "studies", "walls"]
 
 
-@app.command()
+@app.command("guide")
 def guide(
     topic: Annotated[str | None, typer.Argument(help="Page to read; left out, the pages are listed.")] = None,
 ) -> None:
@@ -30,7 +30,7 @@ def guide(
         terminal.say(f"  {name:{max(map(len, TOPICS))}} {title(name)}")
 
 
-@app.command()
+@app.command("cache", hidden=True)
 def cache(
     clear: Annotated[bool, typer.Option("--clear", help="Remove the folders that no running process uses.")] = False,
 ) -> None:
@@ -50,6 +50,9 @@ def cache(
         terminal.say(f"{folder}: {sum(files.values()) / 1e6:.0f} MB, {state}")
     if not folders:
         terminal.say("no compiled code is kept")
+
+
+app.registered_commands.sort(key=lambda command: list(DOING).index(str(command.name)))
 
 
 def main() -> None:

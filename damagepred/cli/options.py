@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
-from typer.core import TyperGroup
 
 import damagepred as dp
 from damagepred.cli import terminal
@@ -20,16 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-class _Commands(TyperGroup):
-    """Commands in the order of ``DOING``."""
-
-    def list_commands(self, ctx: Any) -> list[str]:
-        """Names of the commands, in the order of a user's work."""
-        return list(DOING)
-
-
 app: typer.Typer = typer.Typer(
-    cls=_Commands,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # brackets in help texts are no markup
@@ -171,8 +161,9 @@ DOING = {
     "scales": "judging by all scales",
     "report": "collecting and drawing for the page",
     "guide": "reading the guide",
+    "cache": "looking for compiled code",
 }
-"""Activity of each command, shown while it prints no results."""
+"""Activity of each command, shown while it prints no results; the help lists the commands in this order."""
 
 
 @app.callback()
@@ -183,7 +174,7 @@ def common(
     ] = False,
 ) -> None:
     """How likely is each damage category of a masonry wall when the ground under it moves?"""  # noqa: D400
-    context.with_resource(terminal.doing(DOING.get(context.invoked_subcommand or "", "loading the program")))
+    context.with_resource(terminal.doing(DOING[str(context.invoked_subcommand)]))
 
 
 def open_result(path: Path) -> xr.Dataset:

@@ -19,7 +19,6 @@ from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable, load_table
 from damagepred.plotting.sheet import MM, plain_number, small, verbatim
 from damagepred.results.rejudge import archived_rules
-from damagepred.uq.capacity import highest_category
 
 CATEGORY_COLOURS = ("#8f8f8f", "#f0ab00", "#e4600f", "#b3152b", "#5c0f55", "#000000")
 """Categories 0, 1, ...: warm and ever darker, distinct in grey and to the colour-blind."""
@@ -121,8 +120,13 @@ def width_scale(ax: Axes, widths: Sequence[float] | FloatArray, table: DamageTab
 
 def not_reached(ds: xr.Dataset, reached: int) -> str:
     """Categories above the highest reached in words, empty without any."""
-    highest = highest_category(ds)
+    highest = highest_of(ds)
     if reached >= highest:
         return ""
     missing = f"category {highest}" if reached == highest - 1 else f"categories {reached + 1} to {highest}"
     return f"; not reached: {missing}"
+
+
+def highest_of(ds: xr.Dataset) -> int:
+    """Highest category of the damage table, also of archives that do not state it."""
+    return int(ds.attrs.get("highest_category", archived_rules(ds).table.highest))

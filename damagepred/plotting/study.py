@@ -16,9 +16,9 @@ from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
 from damagepred.plotting import colours, sheet
-from damagepred.plotting.colours import CATEGORY_COLOURS, FOOTING_GAP_COLOUR, not_reached
+from damagepred.plotting.colours import CATEGORY_COLOURS, FOOTING_GAP_COLOUR, highest_of, not_reached
 from damagepred.results.house import noun
-from damagepred.uq.capacity import highest_category, sample_weights
+from damagepred.uq.capacity import sample_weights
 from damagepred.uq.intensity import movement_measure, movement_words
 
 NOT_KNOWN = -1  # in place of a category where the wall was not followed as far
@@ -58,7 +58,7 @@ def common_paths(ds: xr.Dataset, points: int = 121, width_name: str = "crack_wid
         raise InputError("the study has no finished sample yet; run `damagepred study` first.")
     shared = np.unique(np.round(movement[followed], 12))
     grid = shared if len(shared) <= movement.shape[1] else np.linspace(0.0, float(movement[followed].max()), points)
-    highest = highest_category(ds)
+    highest = highest_of(ds)
     shape = (len(width), len(grid))
     paths = Paths(grid, np.full(shape, np.nan), np.full(shape, NOT_KNOWN))
     slack = 1e-9 * grid[-1]
@@ -164,7 +164,7 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     require(ds, (*_NEEDED, "crack_width_max"), _STUDY)
     paths = common_paths(ds)
     ax = sheet.axes_or_new(ax, 9.0, 5.5)
-    x, highest = paths.movement * sheet.MM, highest_category(ds)
+    x, highest = paths.movement * sheet.MM, highest_of(ds)
     weight = sample_weights(ds)
     kinds = [*range(highest + 1), NOT_KNOWN]
     shares = np.array([(weight[:, None] * (paths.category == c)).sum(axis=0) for c in kinds]) / weight.sum()
