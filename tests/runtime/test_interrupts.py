@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 
 import pytest
 
@@ -16,6 +17,7 @@ SCENE = Scene(wall=Wall(length=1.44, height=0.45), movement=Movement(central_def
 AT_RANDOM = """
 import os, random, signal, sys, threading
 sys.path[:0] = {path}
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from damagepred import solve
 from tests.runtime.test_interrupts import SCENE
 
@@ -32,6 +34,14 @@ for _ in range(300):
         ends.append(type(error).__name__)
 print(set(ends))
 """
+
+
+@pytest.fixture(autouse=True)
+def _python_handles_interrupts() -> Iterator[None]:
+    """A background job of a script inherits that interrupts are ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def test_an_interrupt_ends_the_path_after_the_increment() -> None:
