@@ -11,14 +11,7 @@ import xarray as xr
 from scipy import stats
 
 from damagepred.errors import InputError, StudyError
-from damagepred.exports import (
-    curves_frame,
-    export_curves,
-    export_place,
-    openquake_xml,
-    pelicun_config,
-    pelicun_frame,
-)
+from damagepred.exports import curves_frame, export_curves, export_place, openquake_xml, pelicun_config, pelicun_frame
 from tests.exports.conftest import curves_of
 
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"

@@ -13,12 +13,7 @@ from damagepred.solvers.driver import Outcome
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.explicit.stepper import ExplicitStepper
 from damagepred.solvers.state.zone_history import ZoneField
-from damagepred.solvers.system.deformable_blocks import (
-    facets_of,
-    rigid_motion,
-    transformation_matrix,
-    zone_stiffness,
-)
+from damagepred.solvers.system.deformable_blocks import facets_of, rigid_motion, transformation_matrix, zone_stiffness
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.assembly import reference
 from tests.solvers.walls import gridpoint_mass

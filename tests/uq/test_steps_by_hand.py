@@ -36,12 +36,7 @@ from damagepred.uq.observations import (
     SlopeObservation,
     WindowObservation,
 )
-from damagepred.uq.selection import (
-    betting_lower_bound,
-    hoeffding_bounds,
-    select_cheapest,
-    select_least_expected,
-)
+from damagepred.uq.selection import betting_lower_bound, hoeffding_bounds, select_cheapest, select_least_expected
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 from damagepred.uq.subset import Level, SubsetEstimate, _mean_of_runs, _variation, subset_simulation
 from damagepred.uq.survey_likelihood import censored, vague_log_likelihood
