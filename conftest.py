@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -71,28 +72,45 @@ scene.loads.roof = "6 kN"
 """
 
 
-@pytest.fixture(scope="session")
-def _files(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    from damagepred import Scene, Study, solve
-    from damagepred.archive.files import write_dataset
+class Files:
+    """Files beside the examples; those that need a solution are made for the first example that names them."""
 
-    place = tmp_path_factory.mktemp("examples")
-    (place / "wall.toml").write_text(WALL, encoding="utf-8")
-    (place / "house.toml").write_text(STUDY, encoding="utf-8")
-    (place / "strong.toml").write_text(STUDY.replace('mean = "0.1 MPa"', 'mean = "0.3 MPa"'), encoding="utf-8")
-    (place / "choices.toml").write_text(CHOICES, encoding="utf-8")
-    (place / "houses.csv").write_text("name,loads.roof (kN)\n12 Elm Street,3\n14 Elm Street,\n", encoding="utf-8")
-    write_dataset(solve(Scene.from_toml(place / "wall.toml")), place / "wall.nc")
-    for name, tables in MORE.items():
-        scene = Scene.from_dict({"wall": {"length": 1.44, "height": 0.45}, **tables})
-        write_dataset(solve(scene), place / f"{name}.nc")
-    for name in ("house", "strong"):
-        Study.from_toml(place / f"{name}.toml").run(place / f"{name}.dp")
-    return place
+    def __init__(self, place: Path) -> None:
+        self.place, self.made = place, set[str]()
+        texts = {"wall": WALL, "house": STUDY, "choices": CHOICES}
+        for name, text in (texts | {"strong": STUDY.replace('mean = "0.1 MPa"', 'mean = "0.3 MPa"')}).items():
+            (place / f"{name}.toml").write_text(text, encoding="utf-8")
+        (place / "houses.csv").write_text("name,loads.roof (kN)\n12 Elm Street,3\n14 Elm Street,\n", encoding="utf-8")
+
+    def make(self, name: str) -> None:
+        from damagepred import Scene, Study, solve
+        from damagepred.archive.files import write_dataset
+
+        if name in self.made:
+            return
+        self.made.add(name)
+        stem, _, kind = name.partition(".")
+        if kind == "dp":
+            Study.from_toml(self.place / f"{stem}.toml").run(self.place / name)
+        elif kind == "nc":
+            small = {"wall": {"length": 1.44, "height": 0.45}, **MORE.get(stem, {})}
+            scene = Scene.from_toml(self.place / "wall.toml") if stem == "wall" else Scene.from_dict(small)
+            write_dataset(solve(scene), self.place / name)
+
+
+@pytest.fixture(scope="session")
+def _files(tmp_path_factory: pytest.TempPathFactory) -> Files:
+    return Files(tmp_path_factory.mktemp("examples"))
+
+
+NAMED = re.compile(rf"\"((?:wall|house|strong|choices|{'|'.join(MORE)})\.(?:toml|nc|dp))")
 
 
 @pytest.fixture(autouse=True)
 def _beside_the_files(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     source = "".join(example.source for example in getattr(getattr(request.node, "dtest", None), "examples", ()))
-    if any(f'"{name}.' in source for name in ("wall", "house", "strong", "choices", *MORE)):
-        monkeypatch.chdir(request.getfixturevalue("_files"))
+    if names := NAMED.findall(source):
+        files = request.getfixturevalue("_files")
+        for name in names:
+            files.make(name)
+        monkeypatch.chdir(files.place)

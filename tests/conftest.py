@@ -1,16 +1,18 @@
 """Small walls and studies that many tests share."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
+from _pytest.doctest import DoctestModule
 
 from damagepred.analyses import rare_event_samples
 from damagepred.campaign import campaign, workers
 from damagepred.cli import terminal
+from tests.shared_kernels import sharing
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -62,6 +64,20 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
                     item.add_marker("thorough")
         elif isinstance(item, pytest.DoctestItem) and item.name.endswith(SOLVED_IN_EXAMPLES):
             item.add_marker("thorough")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file() -> Generator[None, list[pytest.Collector], list[pytest.Collector]]:
+    """Tests have no examples in docstrings."""
+    return [found for found in (yield) if not isinstance(found, DoctestModule)]
+
+
+KERNELS = sharing()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup() -> None:
+    next(KERNELS, None)
 
 
 @pytest.fixture(scope="session")

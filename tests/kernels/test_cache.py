@@ -16,6 +16,7 @@ from damagepred.kernels import jit
 from damagepred.kernels.cache_folder import cache_folder
 from damagepred.kernels.process_cache import ProcessCache
 from damagepred.runtime.version import source_hash
+from tests.shared_kernels import sharing
 
 
 def doubled(x):
@@ -48,6 +49,19 @@ def test_a_process_adds_kernels_to_those_of_others(tmp_path: Path, monkeypatch: 
     later = jit.kernel(doubled)
     assert (later(1), later(1.0)) == (2, 2.0)
     assert sum(later.stats.cache_hits.values()) == 2
+
+
+def test_a_process_of_the_tests_takes_what_another_has_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    here, there = ProcessCache(tmp_path), ProcessCache(tmp_path)
+    step = sharing(here)
+    next(step)
+    for cache, hits in ((there, 0), (here, 2)):
+        monkeypatch.setattr(jit, "CACHE_FOLDER", cache.folder)
+        function = jit.kernel(doubled)
+        assert (function(1), function(1.0)) == (2, 2.0)
+        assert sum(function.stats.cache_hits.values()) == hits
+        there.publish()
+        next(step)
 
 
 def test_phases_and_kernels_are_kept_in_the_folder_of_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

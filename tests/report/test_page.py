@@ -92,6 +92,16 @@ def test_report_of_a_wall(wall: xr.Dataset, tmp_path: Path) -> None:
     assert [a.get("href") for a in root.find(f".//{HTML}nav").iter(f"{HTML}a")] == [f"#{s}" for s in sections]
     figures = [e.get("id") for e in root.iter(f"{HTML}figure")]
     assert figures == [f"figure-{f}" for f in ("wall", "history", "cracks", "dpc", "footing-gap", "openings")]
+    kinds = [e.get("type") for e in root.iter(f"{HTML}script")]
+    assert kinds == ["application/json", None]  # one script of its own, and the still drawing
+    (moved,) = (e for e in root.iter(f"{HTML}div") if e.get("class") == "explorer")
+    assert moved.get("hidden") is not None  # until a script shows it
+    linked = [e for e in root.iter(f"{SVG}svg") if e.get("data-from") is not None]
+    assert len(linked) == 1
+    share = [float(linked[0].get(f"data-{side}")) for side in ("left", "right")]
+    assert 0.0 < share[0] < 0.2
+    assert 0.75 < share[1] < 1.0
+    assert float(linked[0].get("data-to")) == pytest.approx(12.0, rel=0.05)
 
 
 @pytest.mark.quick_cases
@@ -146,21 +156,6 @@ def test_a_title_cannot_end_the_data(wall: xr.Dataset, tmp_path: Path) -> None:
     text = explorer({"</script><b>": wall})
     assert "</script>" not in text
     assert json.loads(text)["walls"][0]["name"] == "</script><b>"
-
-
-def test_the_page_has_one_script_of_its_own_and_the_still_drawing(wall: xr.Dataset, tmp_path: Path) -> None:
-    write_dataset(wall, tmp_path / "wall.nc")
-    root = check_page(write_report(tmp_path / "wall.nc").read_text(encoding="utf-8"))
-    kinds = [e.get("type") for e in root.iter(f"{HTML}script")]
-    assert kinds == ["application/json", None]
-    (moved,) = (e for e in root.iter(f"{HTML}div") if e.get("class") == "explorer")
-    assert moved.get("hidden") is not None  # until a script shows it
-    linked = [e for e in root.iter("{http://www.w3.org/2000/svg}svg") if e.get("data-from") is not None]
-    assert len(linked) == 1
-    share = [float(linked[0].get(f"data-{side}")) for side in ("left", "right")]
-    assert 0.0 < share[0] < 0.2
-    assert 0.75 < share[1] < 1.0
-    assert float(linked[0].get("data-to")) == pytest.approx(12.0, rel=0.05)
 
 
 @pytest.mark.parametrize("walls", ["", "{}"])

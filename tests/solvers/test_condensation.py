@@ -19,16 +19,23 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 DATA = Path(__file__).resolve().parents[2] / "data"
 
 
+def coarse(name: str) -> Scene:
+    """Wall of a file in bricks of twice the size."""
+    scene = Scene.from_toml(DATA / f"{name}.toml")
+    wall = scene.wall
+    return replace(scene, wall=replace(wall, block_length=2 * wall.block_length, block_height=2 * wall.block_height))
+
+
 @pytest.mark.parametrize(
     ("name", "dpc", "deflection"),
     [("bryant_dishing", True, 4e-3), ("bryant_dishing", False, 2e-3), ("bryant_window_doming", True, 3e-3)],
 )
 def test_condensed_and_full_systems_are_the_same(name: str, dpc: bool, deflection: float) -> None:
-    scene = Scene.from_toml(DATA / f"{name}.toml").with_values({"movement.central_deflection": deflection})
+    scene = coarse(name).with_values({"movement.central_deflection": deflection})
     model = wall_model(scene if dpc else replace(scene, dpc=None))
     solver = Solver(method="quasi_static")
     pairs = zip(
-        quasi_static_path(model, solver, 5), quasi_static_path(model, replace(solver, condense=False), 5), strict=True
+        quasi_static_path(model, solver, 3), quasi_static_path(model, replace(solver, condense=False), 3), strict=True
     )
     for condensed, whole in pairs:
         assert condensed.residuals.unbalanced_force_ratio < 1e-6
@@ -38,12 +45,13 @@ def test_condensed_and_full_systems_are_the_same(name: str, dpc: bool, deflectio
         np.testing.assert_allclose(condensed.displacement, whole.displacement, atol=2e-6)
         np.testing.assert_array_equal(condensed.state == 1, whole.state == 1)
         assert condensed.energy.elastic_energy == pytest.approx(whole.energy.elastic_energy, rel=1e-5)
+    assert (whole.state == 1).any()
 
 
 @pytest.mark.parametrize(("changed", "reused"), [("tensile_strength", True), ("shear_stiffness", False)])
 def test_walls_that_differ_in_strength_share_elastic_factors(changed, reused, monkeypatch) -> None:
     """Joint strengths do not enter the elastic stiffness; paths are the same, to the last digit, without sharing."""
-    scene = replace(Scene.from_toml(DATA / "bryant_dishing.toml"), solver=Solver(symmetric_half=False))
+    scene = replace(coarse("bryant_dishing"), solver=Solver(symmetric_half=False))
     first = wall_model(scene)
     law = first.properties._replace(**{changed: 1.1 * getattr(first.properties, changed)})
     second = replace(first, properties=law)

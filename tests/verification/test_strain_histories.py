@@ -97,7 +97,7 @@ def on_footing(footing: str, *stages: Stage, bricks: float = 0.24, **options: ob
     moved = [{**asdict(s), "central_deflection": s.central_deflection * full} for s in stages]
     return Scene.from_dict(
         {
-            "wall": {"length": 8 * bricks, "height": 0.6, "block_length": bricks},
+            "wall": {"length": 8 * bricks, "height": 0.3, "block_length": bricks},
             "dpc": {"course": 2},
             **tables,
             "movement": {**tables["movement"], "stage": moved},

@@ -1,0 +1,39 @@
+"""Kernels that one process of the tests has compiled are loaded by the others, which otherwise compile them again."""
+
+from collections.abc import Iterator
+
+from damagepred.kernels import jit, progress
+from damagepred.kernels.process_cache import ProcessCache, _files, _identity, link
+
+
+def number_compiled() -> int:
+    """Number of kernels that this process has compiled or loaded, each for its arguments."""
+    return sum(len(function.signatures) for _, function in progress._functions)
+
+
+def take(cache: ProcessCache) -> None:
+    """Take the kernels that other processes have published since; those compiled here stay."""
+    with cache._locked():
+        for index in _files(cache._shared, "*.nbi"):
+            name = index.relative_to(cache._shared)
+            known = cache._known.get(name)
+            if _identity(index) == known or _identity(cache.folder / name) != known:
+                continue
+            for file in (*index.parent.glob(f"{index.stem}.*.nbc"), index):  # the index last
+                link(file, cache.folder / file.relative_to(cache._shared))
+            cache._known[name] = _identity(index)
+
+
+def sharing(cache: ProcessCache | None = jit.CACHE) -> Iterator[None]:
+    """At each step, publish the kernels that are new here, and take those that are new elsewhere."""
+    taken, compiled = 0, 0
+    while cache is not None:
+        if number_compiled() != compiled:
+            cache.publish()
+            compiled = number_compiled()
+        folders = (folder for folder in cache._shared.iterdir() if folder.is_dir() and folder.name != "processes")
+        newest = max((folder.stat().st_mtime_ns for folder in folders), default=0)
+        if newest != taken:
+            take(cache)
+            taken = newest
+        yield
