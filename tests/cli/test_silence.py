@@ -35,7 +35,7 @@ def slow(seconds: float, *arguments: str) -> list[str]:
 
 
 def test_a_pipe_has_one_line_and_dots_on_the_error_stream() -> None:
-    run = subprocess.run(slow(4.5, "fragility", "a.dp"), capture_output=True, text=True, check=False)
+    run = subprocess.run(slow(3.2, "fragility", "a.dp"), capture_output=True, text=True, check=False)
     assert run.stdout == "a result\n"
     assert re.fullmatch(r"fitting curves, their bands and their goodness, \d+ s so far\n\.{1,3}\n", run.stderr)
 
