@@ -51,7 +51,7 @@ def test_a_process_adds_kernels_to_those_of_others(tmp_path: Path, monkeypatch: 
     assert sum(later.stats.cache_hits.values()) == 2
 
 
-def test_a_process_of_the_tests_takes_what_another_has_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_processes_of_the_tests_share_kernels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     here, there = ProcessCache(tmp_path), ProcessCache(tmp_path)
     step = sharing(here)
     next(step)
