@@ -83,6 +83,7 @@ class Files:
         (place / "houses.csv").write_text("name,loads.roof (kN)\n12 Elm Street,3\n14 Elm Street,\n", encoding="utf-8")
 
     def make(self, name: str) -> None:
+        """Make a file, unless it is there."""
         from damagepred import Scene, Study, solve
         from damagepred.archive.files import write_dataset
 
