@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damagepred.assembly.bond import gauge, lay_bricks
+from damagepred.assembly.bond import _closed, gauge, lay_bricks
 from damagepred.errors import InputError
 from damagepred.scene import ControlJoint, Opening, Scene, Wall
 
@@ -41,6 +41,12 @@ def test_window_jambs_have_half_bricks_in_every_other_course(window: Scene):
     half = 2.55 / 21  # gauged: 21 half bricks to the jamb
     expected = [half if course % 2 == 0 else 2 * half for course in range(12, 32)]
     np.testing.assert_allclose(width, expected, rtol=1e-12)
+
+
+def test_a_perpend_a_quarter_from_an_end_moves_to_a_half_unless_the_other_course_has_one_there():
+    perpends, ends = frozenset({0, 1, 4, 7, 8}), {0, 8}
+    assert _closed(perpends, frozenset({0, 3, 5, 8}), ends) == {0, 2, 4, 6, 8}  # queen closers
+    assert _closed(perpends, frozenset({0, 2, 6, 8}), ends) == {0, 4, 8}  # three-quarter bats
 
 
 def lintels(scene: Scene) -> list[tuple[float, float, float, float]]:

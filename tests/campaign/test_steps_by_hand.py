@@ -15,6 +15,7 @@ from damagepred.archive.digest import signed_json
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import joined, write_part
 from damagepred.campaign import cost_estimate
+from damagepred.campaign.campaign import Campaign
 from damagepred.campaign.cost_estimate import _elsewhere, _errors, _percent, estimate_cost
 from damagepred.campaign.dispatch import Batches, GivenExecutor, LostSample, _result
 from damagepred.campaign.sample import Outcome, already_done
@@ -159,6 +160,11 @@ def test_an_executor_is_counted_by_what_it_tells() -> None:
     for _ in range(2):
         batches.note(1e-3)
     assert [batches.next() for _ in range(3)] == [[(0, {}), (1, {})], [(3, {}), (4, {})], None]
+
+
+def test_the_manifest_has_the_head_of_the_report() -> None:
+    assert "report" not in Campaign(settings({}))._manifest(6)
+    assert Campaign(settings({"report": {"client": "A. Owner"}}))._manifest(6)["report"] == {"client": "A. Owner"}
 
 
 def test_a_batch_whose_part_is_there_is_not_solved_again(tmp_path: Path) -> None:

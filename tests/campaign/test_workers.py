@@ -1,13 +1,15 @@
 """A worker that dies or hangs costs only time, and finds kernels compiled; a sample that always kills has failed."""
 
+import math
 import os
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -16,7 +18,7 @@ from damagepred import Study, StudyError, open_study
 from damagepred.campaign import campaign
 from damagepred.campaign.dispatch import Batches, LostSample, run_all
 from damagepred.campaign.sample import Outcome
-from damagepred.campaign.workers import LocalPool, SharedPool
+from damagepred.campaign.workers import START_LIMIT, LocalPool, SharedPool
 
 Batch = Sequence[tuple[int, Mapping[str, float]]]
 
@@ -126,6 +128,19 @@ def test_workers_end_if_the_design_cannot_be_drawn(small_study_file, tmp_path, m
         Study.from_toml(small_study_file).run(tmp_path / "a.dp", workers=2)
     assert pools[0]._over()
     assert not pools[0].processes
+
+
+def test_a_worker_has_a_time_to_start_to_begin_a_batch_and_to_solve_it() -> None:
+    def deadline(timeout: float | None = 5.0, **changes: Any) -> float:
+        idle = {"began": None, "is_ready": True, "is_told": True, "future": None, "asked": 100.0}
+        pool: Any = SimpleNamespace(timeout=timeout, answer_limit=60.0)
+        worker: Any = SimpleNamespace(**idle | changes)
+        return LocalPool._deadline(pool, worker)
+
+    assert deadline() == deadline(is_ready=False, is_told=False) == deadline(None, began=110.0) == math.inf
+    assert deadline(is_ready=False) == 100.0 + START_LIMIT
+    assert deadline(future=Future()) == 160.0
+    assert deadline(future=Future(), began=110.0) == 115.0
 
 
 @pytest.mark.thorough

@@ -193,6 +193,7 @@ def test_the_result_of_one_wall_is_taken_out_of_a_house(tmp_path):
     assert one["contact_x"].values == pytest.approx(alone["contact_x"].values)
     assert one["opening_left"].values == pytest.approx([0.48])
     assert float(one["crack_width_max"][-1]) == float(kept["wall_crack_width_max"][-1, 1])
+    assert float(kept["wall_base_reaction"][-1].sum()) == pytest.approx(kept.mean_block_weight * kept.sizes["block"])
     with pytest.raises(damagepred.InputError, match="the house has a, b"):
         wall_dataset(kept, "c")
 
@@ -204,6 +205,13 @@ def test_loads_act_on_their_own_wall():
     first = house_model(house(walls)).unfolded.first_block
     on_walls = np.add.reduceat(more.reshape(-1, 3)[:, 1], first[:-1])
     assert on_walls == pytest.approx([-2.4e3, -2.88e3])
+
+
+def test_an_opening_at_the_free_end_of_a_wall_has_one_jamb():
+    hole = {"x": 1.92, "y": 0.075, "width": 0.48, "height": 0.15}
+    model = house_model(house([wall("a", [0, 0], [2.4, 0]), wall("b", [0, 0], [0, 2.4], opening=[hole])]))
+    (alone,), (joined,), first = model.walls[1].jambs.block, model.jambs.block, model.unfolded.first_block[1]
+    assert joined.tolist() == [alone[0] + first, -1, -1, alone[3] + first]
 
 
 @pytest.mark.parametrize(
