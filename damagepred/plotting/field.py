@@ -128,7 +128,7 @@ def _draw_stress(
     check_stress(ds)
     component = variable.removeprefix("stress_")
     wall = Deformed.of(ds, increment, exaggeration)
-    ax = sheet.axes_or_new(ax, 10.0, wall.sheet_height(2.2))
+    ax = sheet.axes_or_new(ax, 10.0, sheet.height_to_scale(wall.shape, 2.2))
     rigid, zoned = stresses(wall)
     bent, bent_corners = elastic_stress(wall, rigid)
     limits = np.asarray(stress_levels(ds, variable, [increment]) if levels is None else levels, dtype=np.float64)
@@ -157,7 +157,7 @@ def _draw_stress(
 def _draw_field(ds: xr.Dataset, variable: str, ax: Axes | None, increment: int, exaggeration: float | None) -> Axes:
     """Draw a variable of blocks, contacts, zones or gridpoints in colours on the deformed wall."""
     wall = Deformed.of(ds, increment, exaggeration)
-    ax = sheet.axes_or_new(ax, 10.0, wall.sheet_height(2.4))
+    ax = sheet.axes_or_new(ax, 10.0, sheet.height_to_scale(wall.shape, 2.4))
     field = ds[variable]
     factor, unit = sheet.shown_unit(ds, variable)
     values = (field.values[increment] if "increment" in field.dims else field.values) * factor

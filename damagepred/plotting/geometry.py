@@ -333,10 +333,6 @@ class Deformed:
         faces = self.faces
         return self.gaps(faces.pick((faces.joints.kind == ContactKind.BRICK_JOINT) & (faces.crack <= HAIRLINE)))
 
-    def sheet_height(self, room: float) -> float:
-        """Height (inches) of a sheet 10 wide, with room for title, axis, colour bar and legend."""
-        return sheet.height_to_scale(self.shape, room)
-
     def draw_rigid(self, ax: Axes, colours: Any) -> None:
         """Fill the rigid blocks with one colour, or one per block; segments of a footing are grey."""
         segments = [self.outlines[i] for i in np.flatnonzero(self.rigid & self.footing)]

@@ -81,7 +81,7 @@ def draw_unfolded(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Walls of a house side by side at the end, cracks in the colour of their category, with the widest of each."""
     house, drawn = house_of(ds), Deformed.of(unfolded(ds), -1, None)
     places = unfolded_places(house)
-    ax = sheet.axes_or_new(ax, 10.0, drawn.sheet_height(2.0))
+    ax = sheet.axes_or_new(ax, 10.0, sheet.height_to_scale(drawn.shape, 2.0))
     ax.set_xlim(min(0.0, drawn.shape[:, 0].min()) - 0.2, drawn.shape[:, 0].max() + 0.2)
     line = small(ax) * float(np.ptp(ax.get_xlim())) / (72.0 * ax.bbox.width / sheet.figure_of(ax).dpi)  # of text (m)
     for chosen, colour in ((~drawn.footing, BRICK_COLOURS[0]), (drawn.footing, FOOTING_COLOUR)):

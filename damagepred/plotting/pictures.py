@@ -116,7 +116,7 @@ def half_way(ds: xr.Dataset) -> int:
 def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]]) -> Figure:
     """Stresses at positions of increments one below the other, each with the same colours at all of them."""
     walls = [Deformed.of(ds, increment, None) for _, increment in panels]
-    figure = sheet.new_figure(10.0, sum(wall.sheet_height(2.2) for wall in walls))
+    figure = sheet.new_figure(10.0, sum(sheet.height_to_scale(wall.shape, 2.2) for wall in walls))
     figure.set_layout_engine("constrained", w_pad=0.12)  # drawings to scale are shifted in their places
     for ax, (name, increment) in zip(np.atleast_1d(figure.subplots(len(panels), 1)), panels):
         levels = stress_levels(ds, name, [i for n, i in panels if n == name])

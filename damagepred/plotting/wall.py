@@ -63,7 +63,7 @@ def draw_wall(
     """
     require(ds, ("damage_category",), "the result of one wall with all its fields (`damagepred solve`)")
     wall = Deformed.of(ds, increment, exaggeration)
-    ax = sheet.axes_or_new(ax, 10.0, wall.sheet_height(2.9))
+    ax = sheet.axes_or_new(ax, 10.0, sheet.height_to_scale(wall.shape, 2.9))
     if wall.footing.any():
         draw_footing_blocks(ax, wall)
         _draw_datum(ax, *ground_profile(ds, increment)[:2])

@@ -26,7 +26,7 @@ from damagepred.plotting.geometry import (
     round_exaggeration,
 )
 from damagepred.plotting.pictures import save_scene_picture
-from damagepred.plotting.sheet import moved_to
+from damagepred.plotting.sheet import height_to_scale, moved_to
 from damagepred.plotting.stress import bending_stress, block_stress, stress_levels
 from damagepred.scene import Mound, Movement, Scene
 
@@ -170,7 +170,7 @@ def test_the_movement_of_a_picture_in_words(deformable):
     wall = Deformed.of(deformable, -1, 2.5)
     assert wall.scale == "displacements exaggerated 2.5 times"
     width, height = np.ptp(wall.shape, axis=0)
-    assert wall.sheet_height(2.0) == pytest.approx(9.2 * height / width + 2.0)
+    assert height_to_scale(wall.shape, 2.0) == pytest.approx(9.2 * height / width + 2.0)
 
 
 def test_a_variable_that_cannot_be_drawn_is_named(deformable, cracked, study):
