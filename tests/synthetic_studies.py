@@ -13,7 +13,7 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import study_dims
 from damagepred.archive.schema import VARIABLES, dataset, name_categories
 from damagepred.campaign.settings import StudySettings
-from damagepred.damage import Rules
+from damagepred.damage.judge import Rules
 from damagepred.enumerations import SampleStatus
 from damagepred.study import Study
 from damagepred.uq.capacity import Capacities, read_capacities

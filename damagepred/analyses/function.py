@@ -22,7 +22,6 @@ from damagepred.errors import InputError, nearest, require_one_of
 from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
-from damagepred.uq.marginals import from_normal
 
 Kept = Literal["path", "sampled", "both"]
 
@@ -133,9 +132,9 @@ class StudyFunction:
         """Vectors (samples, inputs) in SI for points of the open unit cube, by the study's distributions."""
         if missing := [key for key in self.inputs if key not in self._design.marginals]:
             raise InputError(f"'{missing[0]}': comes from a table and has no distribution.")
-        normal = special.ndtri(np.asarray(points, dtype=np.float64)) @ self._design.wall_factor.T
-        columns = [from_normal(self._design.marginals[p], normal[:, k]) for k, p in enumerate(self.inputs)]
-        return np.column_stack(columns) if columns else np.empty((len(normal), 0))
+        independent = special.ndtri(np.asarray(points, dtype=np.float64))
+        values = self._design.wall_values_from(independent)
+        return np.column_stack([np.empty((len(independent), 0)), *values.values()])
 
 
 def _stacked(pattern: Column, name: str, solved: Sequence[Solved]) -> xr.Variable:

@@ -10,7 +10,8 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.campaign.settings import StudySettings
-from damagepred.damage import Rules, share_of_limit
+from damagepred.damage.judge import Rules
+from damagepred.damage.table import share_of_limit
 from damagepred.errors import InputError, SolverError
 from damagepred.one_wall.house import follow_scene
 from damagepred.one_wall.judged_path import distortion, gauges

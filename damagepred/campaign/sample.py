@@ -25,7 +25,7 @@ from damagepred.assembly.interfaces import Geometry
 from damagepred.assembly.model import Model
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.warm_up import warm_up
-from damagepred.damage import Rules
+from damagepred.damage.judge import Rules
 from damagepred.enumerations import FailureKind, SampleStatus
 from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, InputError, StudyError
 from damagepred.one_wall.dataset import history_values, movement_values, path_values, shares_of_size

@@ -17,7 +17,9 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from damagepred.archive.schema import SCHEMA_VERSION
 from damagepred.archive.versions import COUNTS_FROM_1, ELASTIC_BRICKS, from_0, from_1, with_defaults_of
 from damagepred.arrays import FloatArray
-from damagepred.damage import STATE_TAKES, DamageTable, Rules
+from damagepred.damage import DamageTable
+from damagepred.damage.judge import Rules
+from damagepred.damage.table import STATE_TAKES
 from damagepred.errors import InputError, nearest
 from damagepred.formatting import quantity
 from damagepred.inputs.input_files import parse_toml, read_toml

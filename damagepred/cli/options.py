@@ -192,7 +192,9 @@ def say_files(verb: str, *files: Path) -> None:
 
 def keep_table(frame: pd.DataFrame, file: Path, index: bool = True) -> None:
     """Write a table as CSV."""
-    dp.exports.write_csv(frame, file, index=index)
+    from damagepred.exports.programs import write_csv
+
+    write_csv(frame, file, index=index)
     say_files("wrote", file)
 
 

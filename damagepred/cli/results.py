@@ -184,7 +184,7 @@ def fragility(
     curves = dp.fit_fragility(study, model=model, categories=wanted, goodness=goodness, **fit)
     opt.keep_curves(curves, output, plot)
     if csv is not None:
-        opt.keep_table(dp.exports.curves_frame(curves), csv)
+        opt.keep_table(dp.frame(curves), csv)
         if intensity == "time":
             from damagepred.results.tables import year_frame
 
@@ -213,15 +213,16 @@ def export(
 ) -> None:
     """Write curves or walls for another program."""
     from damagepred.archive.files import read_dataset
+    from damagepred.exports.frames import curves_frame
 
     wanted = terminal.categories(categories)
     place = output or path.with_name(f"{path.stem}_{form}.csv")
     if form == "walls":
-        opt.keep_table(dp.exports.walls_frame(dp.open_study(path)), place)
+        opt.keep_table(dp.frame(dp.open_study(path)), place)
         return
     curves = dp.fit_fragility(dp.open_study(path), categories=wanted) if path.is_dir() else read_dataset(path)
     if form == "curves":
-        opt.keep_table(dp.exports.curves_frame(curves), place)
+        opt.keep_table(curves_frame(curves), place)
     else:
         opt.say_files("wrote", *dp.exports.export_curves(curves, form, output or path, wanted, extrapolated))
 

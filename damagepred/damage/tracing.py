@@ -3,7 +3,7 @@
 The tributary length of each contact is a piece of its joint. Pieces that meet, within a joint or at a corner, are
 joined; yielded parts of bricks join the pieces that they touch. The longest path of a connected set, along its widest
 joints and as far as it is straight, is one crack with its short branches. Longer branches are further cracks: a fan or
-an arch is several. ``damagepred.damage.find_cracks``, which determines categories, joins whole joints instead.
+an arch is several. ``damagepred.damage.cracks.find_cracks``, which determines categories, joins whole joints instead.
 Along the increments of a path each crack keeps its number as it grows, closes and opens again.
 """
 

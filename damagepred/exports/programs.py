@@ -16,7 +16,7 @@ import itertools
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as Tree
 
 import numpy as np
@@ -88,13 +88,11 @@ def export_curves(
     path = export_place(kind, beside)
     check_output(path, path.suffix)
     if kind == "pelicun":
-        frame = pelicun_frame(curves, categories=categories, extrapolated=extrapolated)
-        write_csv(frame, path)
+        write_csv(pelicun_frame(curves, categories, extrapolated), path)
         options = path.with_suffix(".json")
         write_text(options, json.dumps(pelicun_config(curves), indent=2) + "\n")
         return [path, options]
-    form: Literal["continuous", "discrete"] = "discrete" if kind.endswith("discrete") else "continuous"
-    write_text(path, openquake_xml(curves, form, categories=categories, extrapolated=extrapolated))
+    write_text(path, openquake_xml(curves, kind.endswith("discrete"), categories, extrapolated))
     return [path]
 
 
@@ -165,7 +163,7 @@ def _listed(categories: Sequence[int]) -> str:
     return ",".join(str(c) for c in categories)
 
 
-COMPONENT = "masonry.wall"  # default name of the component
+COMPONENT = "masonry.wall"  # name of the component
 
 
 DEMANDS = {
@@ -179,12 +177,8 @@ DEMANDS = {
 """Measures of the movement as demands of pelicun: acronym and type of unit."""
 
 
-@checked
 def pelicun_frame(
-    curves: xr.Dataset,
-    component: str = COMPONENT,
-    categories: Sequence[int | str] | None = None,
-    extrapolated: bool = False,
+    curves: xr.Dataset, categories: Sequence[int | str] | None = None, extrapolated: bool = False
 ) -> pd.DataFrame:
     """Damage model of pelicun as a table with a row for the component; limit state i is the i-th category."""
     import pandas as pd
@@ -196,10 +190,9 @@ def pelicun_frame(
     for number, (median, dispersion) in enumerate(zip(states["median"].values, states["dispersion"].values), start=1):
         row[f"LS{number}-Family"] = "lognormal"
         row |= {f"LS{number}-Theta_0": float(median), f"LS{number}-Theta_1": float(dispersion)}
-    return pd.DataFrame([row], index=pd.Index([component], name="ID"))
+    return pd.DataFrame([row], index=pd.Index([COMPONENT], name="ID"))
 
 
-@checked
 def pelicun_config(curves: xr.Dataset) -> dict[str, Any]:
     """Options that define the demand in a pelicun assessment: ``Assessment(pelicun_config(curves))``."""
     (acronym, kind), name = _demand(curves), movement_words(curves).title()
@@ -214,30 +207,20 @@ def _demand(curves: xr.Dataset) -> tuple[str, str]:
 
 NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 INTENSITY = "PGD"
-MODEL = "masonry_wall"
-"""Default name of the model and its function: the taxonomy of exposed assets."""
+MODEL = "masonry_wall"  # name of the model and its function: the taxonomy of exposed assets
 
 NOTHING = 1e-6  # probability of the least category below which OpenQuake assumes no damage
 ALL = 1 - 1e-6  # probability of the worst category up to which curves are exported; OpenQuake keeps them constant above
 LEVELS = 60  # levels of a discrete function, evenly spaced in the logarithm
 
 
-@checked
 def openquake_xml(
     curves: xr.Dataset,
-    form: Literal["continuous", "discrete"] = "continuous",
-    identifier: str = MODEL,
+    discrete: bool = False,
     categories: Sequence[int | str] | None = None,
     extrapolated: bool = False,
 ) -> str:
-    """Fragility model as NRML 0.5: mean and standard deviation of the capacity, or probabilities at levels.
-
-    ``identifier`` is the name of model and function, the taxonomy of assets: letters, digits, and ``_ - .``.
-    """
-    if form not in ("continuous", "discrete"):
-        raise InputError(f"form = {form!r}: must be 'continuous' or 'discrete'.")
-    if not identifier or not all(c.isascii() and (c.isalnum() or c in "_-.") for c in identifier):
-        raise InputError(f"identifier = {identifier!r}: may have letters, digits, '_', '-' and '.' alone.")
+    """Fragility model as NRML 0.5: mean and standard deviation of the capacity, or probabilities at discrete levels."""
     states = limit_states(curves, "OpenQuake", categories, extrapolated)
     names, median, dispersion = states["state"].values.tolist(), states["median"].values, states["dispersion"].values
     factor, unit = (100.0, "cm") if in_metres(states) else (1.0, "no unit")
@@ -245,13 +228,14 @@ def openquake_xml(
     low = factor * float((median * np.exp(dispersion * special.ndtri(NOTHING))).min())
     high = factor * float((median * np.exp(dispersion * special.ndtri(ALL))).max())
     root = Tree.Element("nrml", {"xmlns": NAMESPACE})
-    attributes = {"id": identifier, "assetCategory": "buildings", "lossCategory": "structural"}
+    attributes = {"id": MODEL, "assetCategory": "buildings", "lossCategory": "structural"}
     model = Tree.SubElement(root, "fragilityModel", attributes)
     Tree.SubElement(model, "description").text = _description(states, factor, unit)
     Tree.SubElement(model, "limitStates").text = " ".join(names)
-    function = Tree.SubElement(model, "fragilityFunction", {"id": identifier, "format": form})
+    form = "discrete" if discrete else "continuous"
+    function = Tree.SubElement(model, "fragilityFunction", {"id": MODEL, "format": form})
     imls = Tree.SubElement(function, "imls", {"imt": INTENSITY, "noDamageLimit": _text(low)})
-    if form == "continuous":
+    if not discrete:
         function.set("shape", "logncdf")
         imls.attrib |= {"minIML": _text(low), "maxIML": _text(high)}
         mean = factor * median * np.exp(dispersion**2 / 2)

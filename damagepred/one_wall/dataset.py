@@ -16,7 +16,8 @@ from damagepred.archive.schema import CATEGORY_VARIABLES, VARIABLES, WORST_CATEG
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import LaboratoryTest
-from damagepred.damage import GROUP_COUNTS, Rules, Verdict
+from damagepred.damage import GROUP_COUNTS
+from damagepred.damage.judge import Rules, Verdict
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import ContactKind, ZoneState
 from damagepred.one_wall.judged_path import Step, gauges

@@ -13,7 +13,7 @@ from damagepred.archive.schema import dataset, name_categories, wall_attributes
 from damagepred.arrays import FloatArray
 from damagepred.assembly.house import HouseModel
 from damagepred.assembly.model import Model
-from damagepred.damage import Rules, Verdict
+from damagepred.damage.judge import Rules, Verdict
 from damagepred.one_wall.dataset import collect, path_values
 from damagepred.one_wall.judged_path import Step, follow_wall, gauges, judged, model_of
 from damagepred.results.house import of_all_walls

@@ -12,7 +12,9 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Model, wall_model
 from damagepred.assembly.brick_cracks import BrickWatch, bricks_break
 from damagepred.assembly.house import house_model
-from damagepred.damage import Frames, JointMap, Rules, SightLines, Verdict, judge, largest_distortion
+from damagepred.damage.deviation import Frames, SightLines, largest_distortion
+from damagepred.damage.joints import JointMap
+from damagepred.damage.judge import Rules, Verdict, judge
 from damagepred.enumerations import ContactState
 from damagepred.kernels.jit import CACHE
 from damagepred.runtime.one_thread import each_with_one_blas_thread, one_blas_thread

@@ -182,7 +182,8 @@ def room_sides(ds: xr.Dataset, increment: int = -1) -> pd.DataFrame:
     """Widest joint (m) and category on each side of each room, which has a number from 1 and a middle in plan."""
     import pandas as pd
 
-    from damagepred.damage import JointMap, judge
+    from damagepred.damage.joints import JointMap
+    from damagepred.damage.judge import judge
     from damagepred.results.rejudge import archived_rules
 
     house, rules, judged, rows = house_of(ds), archived_rules(ds), {}, []

@@ -23,22 +23,11 @@ from damagepred.archive.schema import (
     require,
 )
 from damagepred.arrays import BoolArray, FloatArray, Int8Array
-from damagepred.damage import (
-    HAIRLINE,
-    OWN_MEASURES,
-    STATE_TAKES,
-    DamageTable,
-    JointMap,
-    Rules,
-    Verdict,
-    deviation_limits,
-    judge,
-    largest_distortion,
-    load_table,
-    read_table,
-    sticking_limits,
-)
-from damagepred.damage.table import TABLES
+from damagepred.damage import HAIRLINE, DamageTable, deviation_limits, load_table, read_table, sticking_limits
+from damagepred.damage.deviation import largest_distortion
+from damagepred.damage.joints import JointMap
+from damagepred.damage.judge import Rules, Verdict, judge
+from damagepred.damage.table import OWN_MEASURES, STATE_TAKES, TABLES
 from damagepred.enumerations import ContactKind, ContactState, PathStatus, SampleStatus
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked

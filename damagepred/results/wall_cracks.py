@@ -10,8 +10,9 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.schema import dataset, flag_name, read_variables
-from damagepred.damage import HAIRLINE, Growth, JointMap, Numbered
-from damagepred.damage.tracing import ORIENTATIONS, PARTS, links_of
+from damagepred.damage import HAIRLINE
+from damagepred.damage.joints import JointMap
+from damagepred.damage.tracing import ORIENTATIONS, PARTS, Growth, Numbered, links_of
 from damagepred.enumerations import ContactKind, ContactState, ZoneState, flag_meanings
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked

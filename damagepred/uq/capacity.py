@@ -50,7 +50,6 @@ class StudyCapacities(NamedTuple):
     largest: float  # largest movement
     increments: int  # increments of a path after the first state; 1 where each wall is known at one movement alone
     sample: IntArray  # (walls,): numbers of the walls in the study
-    crossed: bool  # whether walls share fields, and fields walls (archives of 0.1)
 
 
 def sampled(ds: xr.Dataset) -> dict[str, str]:
@@ -159,7 +158,6 @@ def read_capacities(
         largest=largest,
         increments=1 if single else ds.sizes["increment"] - 1,
         sample=np.flatnonzero(counts),
-        crossed=bool(int(ds.attrs.get("crossed", 0))),
     )
 
 
@@ -200,10 +198,3 @@ def without_damaged_at_start(read: Capacities) -> Capacities:
     """Capacities with walls that are damaged before any movement censored at 0: no information."""
     before = read.upper <= 0
     return read._replace(upper=np.where(before, np.inf, read.upper), failed=read.failed & ~before)
-
-
-def failure_bounds(
-    lower: FloatArray, upper: FloatArray, failed: BoolArray, undamaged_to: FloatArray | float, damaged_by: FloatArray
-) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-    """Intervals with the failed walls undamaged to one movement, and with them damaged by another."""
-    return (np.where(failed, undamaged_to, lower), upper), (lower, np.where(failed, damaged_by, upper))

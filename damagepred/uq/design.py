@@ -16,7 +16,8 @@ from damagepred.uq.correlation import cholesky, gaussian_correlation, independen
 from damagepred.uq.fields import JointPlaces, WallFields, course_autoregression, innovation_factor
 from damagepred.uq.importance import Drawn, Proposal, draw
 from damagepred.uq.marginals import JointQuantile, from_normal
-from damagepred.uq.samplers import WEIGHT, Stream, generator, unit_points
+from damagepred.uq.random_streams import RandomStream, generator
+from damagepred.uq.samplers import WEIGHT, unit_points
 from damagepred.uq.variable import Variable
 
 
@@ -147,7 +148,7 @@ class Design:
         """Values that vary from joint to joint in one sample: place -> array (joints,)."""
         if not self.joint:
             return {}
-        random = generator(self.seed, Stream.FIELD, self.sampler.field_of(sample))
+        random = generator(self.seed, RandomStream.FIELD, self.sampler.field_of(sample))
         joints = len(places.sequence) if isinstance(places, JointPlaces) else len(places)
         return self.joint_values_from(random.standard_normal((len(self.joint), joints)), places)
 

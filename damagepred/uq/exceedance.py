@@ -29,6 +29,7 @@ from damagepred.uq.estimate import (
     probability,
     student_factor,
 )
+from damagepred.uq.failure_bounds import failure_bounds
 from damagepred.uq.fragility import fit_fragility, fit_lognormal, normalised_weights
 from damagepred.uq.fragility.bands import draw_parameters, effective_reached
 from damagepred.uq.fragility.describe import probability_at
@@ -43,7 +44,7 @@ from damagepred.uq.intensity import (
     shown_measure,
 )
 from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
-from damagepred.uq.samplers import Stream, generator
+from damagepred.uq.random_streams import RandomStream, generator
 
 PRIOR = 0.5
 """Walls added on either side for the precision of censored walls: one that reached the category just at the movement,
@@ -325,7 +326,7 @@ def estimate_exceedance(
         bounds = [min(float(np.mean(walls.heavy * known_hits(walls, at, unknown))), 1.0) for unknown in (0.0, 1.0)]
     elif lost.any():
         beyond = walls.lower * (1 + 4 * capacity.ROUNDING)
-        intervals = capacity.failure_bounds(walls.lower, walls.upper, lost, at.largest, beyond)
+        intervals = failure_bounds(walls.lower, walls.upper, lost, at.largest, beyond)
         ends = [walls._replace(lower=lower, upper=upper) for lower, upper in intervals]
         bounds = [min(estimate_of(end, pseudo_values(end, at), confidence).value, 1.0) for end in ends]
     else:
@@ -399,7 +400,7 @@ def _median_of(walls: CategoryCapacities, category: int, confidence: float, seed
     else:
         weight = normalised_weights(heavy, walls.upper)
         (estimator,) = estimators(group_intervals(walls.lower[None], walls.upper[None], weight))
-        draws = draw_parameters(estimator, MEDIAN_RESAMPLES, generator(seed, Stream.BOOTSTRAP, category))
+        draws = draw_parameters(estimator, MEDIAN_RESAMPLES, generator(seed, RandomStream.BOOTSTRAP, category))
         logarithm = draws.parameters[:, 1] / draws.parameters[:, 0]
         if draws.resampled is None:
             lower, upper = np.exp(np.quantile(logarithm, [0.5 * (1 - confidence), 0.5 * (1 + confidence)]))

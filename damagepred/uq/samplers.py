@@ -1,4 +1,4 @@
-"""Random streams, and samples of the values of a whole wall: points in the unit cube, or a table of the user.
+"""Samples of the values of a whole wall: points in the unit cube, or a table of the user.
 
 Point i depends on the seed and i alone, except in a Latin hypercube. A table has one column per variable and one row
 per wall.
@@ -7,7 +7,6 @@ per wall.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from enum import IntEnum
 from pathlib import Path
 
 import numpy as np
@@ -15,23 +14,7 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.scene.number_table import read_number_table
-
-
-class Stream(IntEnum):
-    """Purpose of a random stream of a sample: ``SeedSequence(seed, spawn_key=(stream, sample))``."""
-
-    WALL = 0
-    FIELD = 1
-    SCRAMBLE = 2
-    BOOTSTRAP = 3
-    SUBSET = 4
-    SUBSET_START = 5
-    GOODNESS = 7  # 6 was used by versions before 0.2.0
-
-
-def generator(seed: int, stream: Stream, number: int) -> np.random.Generator:
-    """Random numbers that belong to one sample and purpose."""
-    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(int(stream), number))))
+from damagepred.uq.random_streams import RandomStream, generator
 
 
 def unit_points(sampler: str, dimensions: int, samples: int, seed: int, replicates: int = 1) -> FloatArray:
@@ -41,16 +24,16 @@ def unit_points(sampler: str, dimensions: int, samples: int, seed: int, replicat
     if dimensions == 0:
         return np.empty((samples, 0))
     if sampler == "random":
-        return np.array([generator(seed, Stream.WALL, i).random(dimensions) for i in range(samples)])
+        return np.array([generator(seed, RandomStream.WALL, i).random(dimensions) for i in range(samples)])
     from scipy.stats import qmc
 
     if sampler == "lhs":
-        cube = qmc.LatinHypercube(dimensions, rng=generator(seed, Stream.SCRAMBLE, 0))
+        cube = qmc.LatinHypercube(dimensions, rng=generator(seed, RandomStream.SCRAMBLE, 0))
         return np.asarray(cube.random(samples))
     points = np.empty((samples, dimensions))
     for scramble in range(min(replicates, samples)):
         turn = points[scramble::replicates]
-        sobol = qmc.Sobol(dimensions, scramble=True, rng=generator(seed, Stream.SCRAMBLE, scramble))
+        sobol = qmc.Sobol(dimensions, scramble=True, rng=generator(seed, RandomStream.SCRAMBLE, scramble))
         # the sequence is made for powers of two; the first points stay the same
         turn[:] = sobol.random(1 << max(len(turn) - 1, 1).bit_length())[: len(turn)]
     return np.clip(points, 2.0**-53, 1.0 - 2.0**-53)

@@ -11,7 +11,7 @@ from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, require_confidence
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.estimate import effective_samples, normal_factor
-from damagepred.uq.samplers import Stream, generator
+from damagepred.uq.random_streams import RandomStream, generator
 
 LEAST_WALLS = 10  # walls, and damaged walls, below which sensitivity is refused
 BOOTSTRAP_WALLS = 20_000  # walls in a resample at most; the error of more walls is scaled by the root of their number
@@ -85,7 +85,7 @@ def _bootstrap_errors(
     best = indices(x, y, w)
     if resamples < 2:
         return best, np.full_like(best, np.nan)
-    random = generator(seed, Stream.BOOTSTRAP, 0)
+    random = generator(seed, RandomStream.BOOTSTRAP, 0)
     walls = y.shape[-1]
     size = min(walls, BOOTSTRAP_WALLS)
     some = random.permutation(walls)[:size] if size < walls else np.arange(walls)

@@ -17,7 +17,7 @@ from damagepred.errors import InputError, require_count, require_number
 from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.estimate import normal_factor, student_factor, wilson
-from damagepred.uq.samplers import Stream, generator
+from damagepred.uq.random_streams import RandomStream, generator
 
 LimitState = Callable[[FloatArray, IntArray], FloatArray]
 
@@ -120,8 +120,7 @@ def subset_simulation(
 
     def one_run(run: int) -> SubsetEstimate:
         """Carry out one run of subset simulation."""
-        first = margin.count
-        z = np.array([generator(seed, Stream.SUBSET, first + i).standard_normal(dimensions) for i in range(samples)])
+        z = _normals(seed, margin.count, samples, dimensions)
         g = margin(z)
         levels: list[Level] = []
         step, acceptance, chained = INITIAL_STEP, np.nan, False
@@ -137,13 +136,19 @@ def subset_simulation(
             if limit == 0.0 or len(levels) == max_levels or not np.isfinite(limit) or share > 0.5:
                 return _estimate(levels, g, z, margin, confidence)
             # of equal margins more samples than chains may have reached the limit: the seeds are drawn from all of them
-            random = generator(seed, Stream.SUBSET_START, run * max_levels + len(levels))
+            random = generator(seed, RandomStream.SUBSET_START, run * max_levels + len(levels))
             start = random.permutation(np.flatnonzero(reached))[:chains]
             z, g, acceptance, step = _sample_level(margin, z[start], g[start], limit, length, step, seed)
             chained = True
 
     estimates = [one_run(run) for run in range(runs)]
     return estimates[0] if runs == 1 else _mean_of_runs(estimates)
+
+
+def _normals(seed: int, first: int, evaluations: int, dimensions: int) -> FloatArray:
+    """Standard normals of evaluations from a number on, array (evaluations, dimensions)."""
+    streams = (generator(seed, RandomStream.SUBSET, first + i) for i in range(evaluations))
+    return np.array([stream.standard_normal(dimensions) for stream in streams])
 
 
 def _mean_of_runs(estimates: list[SubsetEstimate]) -> SubsetEstimate:
@@ -206,8 +211,7 @@ def _sample_level(
     all_z, all_g = [z], [g]
     accepted = 0
     for k in range(1, length):
-        first = margin.count
-        xi = np.array([generator(seed, Stream.SUBSET, first + i).standard_normal(z.shape[1]) for i in range(chains)])
+        xi = _normals(seed, margin.count, chains, z.shape[1])
         proposed = np.sqrt(1.0 - step**2) * z + step * xi
         margins = margin(proposed)
         take = margins <= limit

@@ -13,7 +13,7 @@ from damagepred.campaign.sample import joint_places, solve_sample
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.status import study_status
 from damagepred.cli.sentences import status_lines
-from damagepred.exports import walls_frame
+from damagepred.exports.frames import walls_frame
 from damagepred.plotting import save_study_pictures
 from damagepred.report.limits import study_limits
 from damagepred.results.house import study_of, wall_dataset, wall_names

@@ -4,7 +4,8 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from damagepred.damage import JointMap, Rules, Verdict, judge
+from damagepred.damage.joints import JointMap
+from damagepred.damage.judge import Rules, Verdict, judge
 from damagepred.enumerations import ContactKind
 from damagepred.scene import Damage
 

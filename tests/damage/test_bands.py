@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import wall_model
-from damagepred.damage import Growth, JointMap, judge
-from damagepred.damage.tracing import BELOW_DPC, DPC_OPENING, WALL
+from damagepred.damage.joints import JointMap
+from damagepred.damage.judge import judge
+from damagepred.damage.tracing import BELOW_DPC, DPC_OPENING, WALL, Growth
 from damagepred.enumerations import ContactKind
 from damagepred.one_wall.judged_path import gauges, joint_map
 from damagepred.scene import ControlJoint, Damage, Dpc, Joint, Opening, Scene, Solver, Wall

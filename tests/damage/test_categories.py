@@ -5,15 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damagepred.damage import (
-    Cracks,
-    deviation_limits,
-    group_widths,
-    load_strain_table,
-    load_table,
-    read_table,
-    sticking_limits,
-)
+from damagepred.damage import deviation_limits, load_strain_table, load_table, read_table, sticking_limits
+from damagepred.damage.cracks import Cracks, group_widths
 from damagepred.damage.limits import load_scale
 from damagepred.errors import InputError
 from damagepred.scene import Damage, Scene

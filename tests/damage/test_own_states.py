@@ -8,7 +8,7 @@ import pytest
 
 import damagepred
 from damagepred import Damage, InputError, Scene, Study
-from damagepred.damage import own_table, share_of_limit
+from damagepred.damage.table import own_table, share_of_limit
 from tests.cli.conftest import command as command
 
 STATES = [
@@ -117,14 +117,15 @@ def test_commands_take_the_names(study, command) -> None:
 
 @pytest.mark.filterwarnings("ignore:Glyph")
 def test_names_go_to_curves_tables_exports_and_pictures(study, tmp_path: Path) -> None:
-    from damagepred import exports, plotting
+    from damagepred import plotting
+    from damagepred.exports.programs import openquake_xml
 
     curves = damagepred.fit_fragility(study, bootstrap=10)
     assert curves["category_name"].values.tolist() == ["Haarriss_schön", "软", "einsturzgefährdet"]
     one = damagepred.exceedance(study, "软", "4 mm")
     reached = (study["damage_category"].values[:, :5] >= 2).any(axis=1).mean()
     assert one.estimate.value == pytest.approx(reached)
-    assert "软" in exports.openquake_xml(curves, categories=[2], extrapolated=True)
+    assert "软" in openquake_xml(curves, categories=[2], extrapolated=True)
     again = Study.from_toml("own.toml").settings
     assert Scene.from_dict(again.scene.to_dict()) == again.scene
     with pytest.raises(InputError, match=r"judged by own states: .*reference by AS 2870"):

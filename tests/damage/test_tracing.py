@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from damagepred.damage import HAIRLINE, Cracks, Growth, Numbered, find_cracks
+from damagepred.damage import HAIRLINE
+from damagepred.damage.cracks import Cracks, find_cracks
 from damagepred.damage.tracing import (
     DIAGONAL,
     DPC_OPENING,
@@ -14,7 +15,9 @@ from damagepred.damage.tracing import (
     STEPPED,
     VERTICAL,
     WALL,
+    Growth,
     Links,
+    Numbered,
     Pieces,
     links_of,
 )

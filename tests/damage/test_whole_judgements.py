@@ -8,22 +8,20 @@ import pytest
 
 from damagepred.assembly import wall_model
 from damagepred.damage import (
-    Frames,
-    Growth,
-    SightLines,
     beam_strain,
     construction_limits,
     deflection_over_strain,
     deviation_limits,
-    find_cracks,
     load_movement_limits,
     load_strain_table,
     load_table,
     sticking_limits,
 )
 from damagepred.damage.crack_bands import BandGauges
-from damagepred.damage.cracks import psi
+from damagepred.damage.cracks import find_cracks, psi
+from damagepred.damage.deviation import Frames, SightLines
 from damagepred.damage.limits import load_scale
+from damagepred.damage.tracing import Growth
 from damagepred.one_wall.judged_path import gauges
 from damagepred.scene import Damage, Dpc, Opening, Scene, Wall
 from tests.damage.pattern import Pattern

@@ -10,7 +10,7 @@ import xarray as xr
 
 import damagepred
 from damagepred.errors import InputError
-from damagepred.exports import walls_frame
+from damagepred.exports.frames import walls_frame
 from damagepred.plotting import draw_comparison
 from tests.synthetic_studies import synthetic_study
 

@@ -11,7 +11,8 @@ import xarray as xr
 from scipy import stats
 
 from damagepred.errors import InputError, StudyError
-from damagepred.exports import curves_frame, export_curves, export_place, openquake_xml, pelicun_config, pelicun_frame
+from damagepred.exports.frames import curves_frame
+from damagepred.exports.programs import export_curves, export_place, openquake_xml, pelicun_config, pelicun_frame
 from tests.exports.conftest import curves_of
 
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"
@@ -85,7 +86,7 @@ def test_openquake_continuous_has_mean_and_deviation_of_the_capacity_in_cm(defle
 
 
 def test_openquake_discrete_has_the_probability_of_each_level(ratios: xr.Dataset) -> None:
-    function = _function(openquake_xml(ratios, "discrete"))
+    function = _function(openquake_xml(ratios, discrete=True))
     assert function.get("format") == "discrete"
     levels = np.array(function[0].text.split(), dtype=float)
     assert (np.diff(levels) > 0).all()
@@ -99,12 +100,6 @@ def test_openquake_says_what_pgd_stands_for(deflections: xr.Dataset) -> None:
     xml = openquake_xml(deflections)
     assert "PGD stands for the central deflection (cm)" in xml
     assert "moved to 2.775 cm at most: beyond that the curves are extrapolated" in xml
-
-
-@pytest.mark.parametrize("name", ["", "a wall", "wall<1>", "Ziegelwänd"])
-def test_an_identifier_openquake_would_refuse_is_refused(name: str, ratios: xr.Dataset) -> None:
-    with pytest.raises(InputError, match=r"identifier = .* may have letters"):
-        openquake_xml(ratios, identifier=name)
 
 
 @pytest.mark.parametrize(("kind", "form"), [("openquake", "continuous"), ("openquake-discrete", "discrete")])

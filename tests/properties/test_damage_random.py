@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from damagepred.damage import HAIRLINE, Growth, find_cracks, judge
-from damagepred.damage.tracing import WALL
+from damagepred.damage import HAIRLINE
+from damagepred.damage.cracks import find_cracks
+from damagepred.damage.judge import judge
+from damagepred.damage.tracing import WALL, Growth
 from damagepred.scene import Damage
 from tests.damage.pattern import Pattern, rules_of
 

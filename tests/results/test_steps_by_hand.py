@@ -9,6 +9,7 @@ import xarray as xr
 
 import damagepred
 from damagepred.damage import load_table
+from damagepred.damage.joints import JointMap
 from damagepred.errors import ConvergenceError, InputError, likely_unit, require_number, shown
 from damagepred.formatting import chance, counted, duration, length, number, plain, quantity, ratio, with_band
 from damagepred.one_wall.judged_path import joint_map, model_of
@@ -28,7 +29,7 @@ def test_joints_of_a_model_are_the_contacts_of_its_archive() -> None:
     ds, joints = damagepred.solve(SMALL), joint_map(model_of(SMALL, {}))
     for name in ("x", "y"):
         np.testing.assert_allclose(getattr(joints, f"contact_{name}").ravel(), ds[f"contact_{name}"].values)
-    again = damagepred.damage.JointMap.from_dataset(ds, with_blocks=True)
+    again = JointMap.from_dataset(ds, with_blocks=True)
     for name in ("contact_x", "contact_y", "kind"):
         np.testing.assert_allclose(getattr(joints, name), getattr(again, name))
     one = damagepred.judge_again(ds)

@@ -9,7 +9,8 @@ from scipy import special
 
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
-from damagepred.exports import curves_frame, export_curves
+from damagepred.exports import export_curves
+from damagepred.exports.frames import curves_frame
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import fit_fragility, fit_surface

@@ -15,7 +15,6 @@ from damagepred.scene import Dpc, Movement, Opening, Scene, Wall
 from damagepred.uq.capacity import (
     Capacities,
     category_number,
-    failure_bounds,
     highest_category,
     interpolated_capacity,
     require_categories,
@@ -24,6 +23,7 @@ from damagepred.uq.capacity import (
 from damagepred.uq.design import Sampler
 from damagepred.uq.discrepancy import Discrepancy
 from damagepred.uq.estimate import Estimate, probability, wilson
+from damagepred.uq.failure_bounds import failure_bounds
 from damagepred.uq.fields import JointPlaces, WallFields, stated_correlation
 from damagepred.uq.fragility import normalised_weights
 from damagepred.uq.importance import Proposal, cross_entropy_shift, draw

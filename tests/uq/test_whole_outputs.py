@@ -1,5 +1,6 @@
 """Whole outputs of small studies against independent values: every column, count, unit and word of it."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +9,11 @@ import xarray as xr
 from scipy import special, stats
 from statsmodels.stats.proportion import proportion_confint
 
+from damagepred.results.tables import DOUBTFUL
 from damagepred.uq.capacity import read_capacities
 from damagepred.uq.comparison import compare
 from damagepred.uq.fragility import fit_fragility, fit_lognormal, fit_surface
-from damagepred.uq.fragility.goodness import _grouped_by_increments
+from damagepred.uq.fragility.goodness import _grouped_by_increments, sequential_p_value
 from tests.recorded import check_parts
 from tests.uq.test_fragility import MISSING, fail, scipy_fit, study
 from tests.uq.test_fragility_single import study as single_study
@@ -146,16 +148,41 @@ def test_simulated_walls_of_a_fitted_curve_are_read_as_the_study_reads_walls(kin
 
 
 def test_a_p_value_is_the_rank_of_the_statistic_among_simulated_ones() -> None:
-    """Of lognormal walls p-values are even: five studies of 40 walls, 19 simulations each."""
+    """Of lognormal walls p-values are even: five studies of 40 walls, 19 simulations each, fewer after the tenth."""
     found = []
     for seed in range(5):
         capacity = 6.0 * np.exp(0.4 * np.random.default_rng([3, seed]).standard_normal(40))
         ds = study(capacity, end=12.0, increments=12)
         found.append(float(fit_fragility(ds, categories=[1], bootstrap=0, goodness=19, seed=seed)["p_value"][0]))
-    ranks = np.array(found) * 20
+    ranks = np.array([20 * p if p <= 0.5 else 10 / p for p in found])
     np.testing.assert_allclose(ranks, np.round(ranks), atol=1e-9)
     assert 0.25 < np.mean(found) < 0.75
     assert len(set(found)) > 3
+
+
+def test_a_sequential_p_value_is_conservative_and_finds_as_many_doubtful_curves() -> None:
+    """Under the true form, of 20 000 statistics and 100 simulated ones each; 40 of 100 suffice on the average."""
+    random = np.random.default_rng(8)
+    studies = 20_000
+    statistic, simulated = random.random(studies), random.random((studies, 100))
+    drawn = np.zeros(studies, dtype=int)
+
+    def counted(k: int) -> Iterator[float]:
+        for value in simulated[k].tolist():
+            drawn[k] += 1
+            yield value
+
+    found = np.array([sequential_p_value(statistic[k], counted(k)) for k in range(studies)])
+    full = ((simulated >= statistic[:, None]).sum(axis=1) + 1) / 101
+    np.testing.assert_array_equal(found[full < 0.1], full[full < 0.1])
+    np.testing.assert_array_equal(found < DOUBTFUL, full < DOUBTFUL)
+    for level in (0.02, DOUBTFUL, 0.1, 0.2, 0.5, 0.8):
+        error = np.sqrt(level * (1 - level) / studies)
+        share = float((found <= level).mean())
+        assert level - 0.011 - 4 * error < share < level + 4 * error, level
+    assert drawn.mean() < 40
+    # of a form that is refused, all are drawn
+    assert sequential_p_value(2.0, iter(simulated[0])) == 1 / 101
 
 
 def test_every_column_of_a_comparison() -> None:

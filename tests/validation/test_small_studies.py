@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from damagepred.exports import pelicun_frame
+from damagepred.exports.programs import pelicun_frame
 from damagepred.scene import Solver
 from studies.benchmarks.beside_others import run as beside_others
 from studies.benchmarks.beside_others import summary

@@ -17,6 +17,7 @@ from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq import capacity
 from damagepred.uq.estimate import normal_factor, wilson
+from damagepred.uq.failure_bounds import failure_bounds_of
 from damagepred.uq.fragility import bands, goodness
 from damagepred.uq.fragility.describe import curves_dataset
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator, estimators, fit_grouped
@@ -35,7 +36,7 @@ from damagepred.uq.fragility.fit import (
 )
 from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
 from damagepred.uq.intensity import chosen_intensity
-from damagepred.uq.samplers import Stream, generator
+from damagepred.uq.random_streams import RandomStream, generator
 
 Model = Literal["separate", "common", "empirical"]
 Columns = dict[str, NDArray[Any]]  # of the dataset, on (category,) or (category, intensity)
@@ -96,7 +97,8 @@ def fit_fragility(
     bootstrap : int
         Number of resamples of walls for the bands; 0 for no bands.
     goodness : int
-        Simulated studies of the fitted curve, for the p-value of its misfit to the empirical one; 0: not judged.
+        Simulated studies of the fitted curve at most, for the p-value of its misfit to the empirical one; 0: not
+        judged. They end with the tenth that has at least the misfit of the study (Besag and Clifford 1991).
     seed : int
         Seed of the resampling.
     points : int
@@ -170,8 +172,6 @@ def fit_fragility(
         "curves_cross": int(_cross(columns)),
         **more,
     }
-    if walls.crossed:
-        attrs["crossed"] = 1
     if walls.marks is not None:
         attrs["movements"] = walls.marks
     return curves_dataset(ds, columns, wanted, names, grid, name, attrs)
@@ -228,7 +228,7 @@ def _bands(estimator: Estimator, rows: list[int], share: FloatArray, request: _R
     walls = bands.effective_reached(estimator)
     if request.model == "common" and _too_few(estimator.cells, walls):
         return unknown
-    random = generator(request.seed, Stream.BOOTSTRAP, request.categories[rows[0]])
+    random = generator(request.seed, RandomStream.BOOTSTRAP, request.categories[rows[0]])
     draws = bands.draw_parameters(estimator, request.bootstrap, random)
     share[rows] = draws.share
     return [bands.confidence_band(draws, row, request.grid, request.confidence, walls) for row in np.eye(len(rows))]
@@ -288,7 +288,7 @@ def _without_form(alone: list[GroupedIntervals], walls: capacity.StudyCapacities
     rows = []
     for k, cells in enumerate(alone):
         curve = _empirical(cells, walls.single)
-        random = generator(request.seed, Stream.BOOTSTRAP, request.categories[k])
+        random = generator(request.seed, RandomStream.BOOTSTRAP, request.categories[k])
         times = request.bootstrap if len(cells.number) <= bands.ONE_STEP_GROUPS or walls.single else 0
         weights = (bands.draw(cells, 1, random)[0] * cells.weight for _ in range(times))
         again = [_empirical(cells, walls.single, weight) for weight in weights]
@@ -312,7 +312,7 @@ def _without_form(alone: list[GroupedIntervals], walls: capacity.StudyCapacities
             row[f"median_{word}"] = _finite(float(np.quantile(medians, 0.5 * tail, method="nearest")))
         rows.append(row)
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]} if rows else {}
-    for name, (lower, upper) in zip(("undamaged", "damaged"), _failed_bounds(walls)):
+    for name, (lower, upper) in zip(("undamaged", "damaged"), failure_bounds_of(walls)):
         each = _each_category(lower, upper, walls.weight)
         medians = np.array([_finite(_empirical(c, walls.single).quantile(0.5)) for c in each])
         columns[f"median_failed_{name}"] = medians
@@ -335,23 +335,11 @@ def _finite(movement: float) -> float:
     return movement if np.isfinite(movement) else np.nan
 
 
-def _failed_bounds(walls: capacity.StudyCapacities) -> tuple[tuple[FloatArray, FloatArray], ...]:
-    """Intervals with all failed walls undamaged to the end, and with all damaged in the increment where they failed."""
-    read = walls.capacities
-    if walls.single:
-        following = np.broadcast_to(read.end, read.lower.shape)
-    elif walls.marks is not None:
-        following = walls.marks[np.minimum(np.searchsorted(walls.marks, read.lower, side="right"), walls.increments)]
-    else:
-        following = read.lower + read.end / walls.increments
-    return capacity.failure_bounds(read.lower, read.upper, read.failed, read.end, np.maximum(following, read.lower))
-
-
 def _with_failed(walls: capacity.StudyCapacities, fits: list[Fit], request: _Request) -> Columns:
     """Medians and curves with all failed walls undamaged, and with all damaged."""
     columns: Columns = {}
     grid, some = request.grid, walls.capacities.failed.any()
-    for name, (lower, upper) in zip(("undamaged", "damaged"), _failed_bounds(walls)):
+    for name, (lower, upper) in zip(("undamaged", "damaged"), failure_bounds_of(walls)):
         again = fits
         if some and request.model == "common":
             again = fit_grouped(group_intervals(lower, upper, walls.weight), True, walls.single)
@@ -370,7 +358,7 @@ def _judged(fits: list[Fit], empirical: list[Npmle], walls: capacity.StudyCapaci
     for k, fit in enumerate(fits):
         if fit.status == FITTED:
             gap[k] = goodness.distance(fit, empirical[k])
-            random = generator(request.seed, Stream.GOODNESS, request.categories[k])
+            random = generator(request.seed, RandomStream.GOODNESS, request.categories[k])
             chance[k] = goodness.p_value(fit, walls, k, request.goodness, random)
     return {"distance": gap, "p_value": chance}
 

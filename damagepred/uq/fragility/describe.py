@@ -96,7 +96,7 @@ def probability_at(curves: xr.Dataset, category: int, movement: float) -> tuple[
 
 
 _COPIED = (
-    *("source", "damagepred_version", "damagepred_commit", "seed"),
+    *("source", "damagepred_version", "damagepred_commit", "seed", "crossed"),
     *("span", "damage_table", "damage_measure", "count_footing_gap"),
 )
 """Attributes of a study that its curves have, too."""

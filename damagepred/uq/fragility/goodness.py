@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
@@ -23,6 +23,7 @@ def distance(fit: Fit, empirical: Npmle) -> float:
 
 
 LARGEST_JUDGED = 20_000  # walls beyond which the fit is not judged: no form fits as closely as they can tell
+ENOUGH_LARGER = 10  # simulated misfits at least as large as the study's after which no more are simulated
 
 
 def _likelihood_ratio_statistic(fit: Fit, intervals: GroupedIntervals) -> float:
@@ -39,22 +40,39 @@ def _likelihood_ratio_statistic(fit: Fit, intervals: GroupedIntervals) -> float:
 
 def p_value(fit: Fit, walls: StudyCapacities, k: int, repetitions: int, random: np.random.Generator) -> float:
     """Probability that walls of the fitted curve have at least the misfit of these (parametric bootstrap)."""
-    count = len(walls.weight)
-    if repetitions == 0 or count > LARGEST_JUDGED or np.ptp(walls.weight) > 0:
+    if repetitions == 0 or len(walls.weight) > LARGEST_JUDGED or np.ptp(walls.weight) > 0:
         return np.nan
     lower, upper = walls.capacities.lower[k], walls.capacities.upper[k]
     statistic = _likelihood_ratio_statistic(fit, group_intervals(lower[None], upper[None], walls.weight))
-    followed = np.where(np.isinf(upper), lower, walls.capacities.end)
-    larger = judged = 0
+    return sequential_p_value(statistic, _simulated_statistics(fit, walls, k, repetitions, random))
+
+
+def sequential_p_value(statistic: float, simulated: Iterable[float]) -> float:
+    """Share of simulated statistics at least as large, until ``ENOUGH_LARGER`` are (Besag and Clifford 1991).
+
+    Conservative; of n simulated statistics, p-values below ``ENOUGH_LARGER`` / n are the same as without the stop.
+    """
+    larger = count = 0
+    for count, value in enumerate(simulated, 1):
+        larger += value >= statistic
+        if larger == ENOUGH_LARGER:
+            return larger / count
+    return (larger + 1) / (count + 1)
+
+
+def _simulated_statistics(
+    fit: Fit, walls: StudyCapacities, k: int, repetitions: int, random: np.random.Generator
+) -> Iterator[float]:
+    """Misfits of studies simulated from a fitted curve and fitted again, without those that have no curve."""
+    upper = walls.capacities.upper[k]
+    followed = np.where(np.isinf(upper), walls.capacities.lower[k], walls.capacities.end)
     for _ in range(repetitions):
-        capacity = fit.median * np.exp(fit.dispersion * random.standard_normal(count))
+        capacity = fit.median * np.exp(fit.dispersion * random.standard_normal(len(upper)))
         low, high = _grouped_by_increments(capacity, followed, walls, upper)
         cells = group_intervals(low[None], high[None], walls.weight)
         again = fit_grouped(cells)[0]
         if again.status == FITTED:
-            judged += 1
-            larger += _likelihood_ratio_statistic(again, cells) >= statistic
-    return (larger + 1) / (judged + 1)
+            yield _likelihood_ratio_statistic(again, cells)
 
 
 def _grouped_by_increments(

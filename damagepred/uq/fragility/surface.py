@@ -25,7 +25,7 @@ from damagepred.uq.fragility.bands import confidence_band, draw_parameters, effe
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
 from damagepred.uq.fragility.likelihood import linear_bounds, maximise_likelihood
 from damagepred.uq.intensity import attributes, chosen_intensity
-from damagepred.uq.samplers import Stream, generator
+from damagepred.uq.random_streams import RandomStream, generator
 
 Scale = Literal["log", "linear"]
 
@@ -106,7 +106,9 @@ def fit_surface(
     grid_z = (np.geomspace if logarithmic else np.linspace)(z[finite].min(), z[finite].max(), points[1])
     grid = np.linspace(0.0, walls.largest, points[0])
     model = _Regression(cells, logarithmic)
-    columns, attrs = _fitted(model, grid, grid_z, confidence, bootstrap, generator(seed, Stream.BOOTSTRAP, category))
+    columns, attrs = _fitted(
+        model, grid, grid_z, confidence, bootstrap, generator(seed, RandomStream.BOOTSTRAP, category)
+    )
     _bound_by_walls(columns, fit.StartShare.of(before[finite], walls.weight[finite], confidence), walls.largest)
     reached = np.isfinite(walls.capacities.upper)
     columns |= {
