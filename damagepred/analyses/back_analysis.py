@@ -110,8 +110,7 @@ def infer(
             break
         for k in np.flatnonzero(weak):
             weight = ds["posterior"].values[ds["study_of_sample"].values == k].sum(axis=1)
-            new = _with_new_walls(stored[k], weight, seen, number, workers, options, on_replay, on_walls)
-            stored[k] = new
+            stored[k] = _with_new_walls(stored[k], weight, seen, number, workers, options, on_replay, on_walls)
         ds = posterior(stored, seen, workers, options, on_replay)
     return ds
 

@@ -235,7 +235,8 @@ def price_of_search(choices: str | Path, workers: int) -> str:
 def _read(choices: str | Path) -> tuple[Choices, list[tuple[Option, ...]], list[str], list[StudySettings]]:
     """Choices, their combinations, and the name and study of each combination."""
     content = build(Choices, read_toml(choices), str(choices))
-    base = StudySettings.from_toml(Path(choices).parent / content.study)
+    file = Path(choices).parent / content.study
+    base = StudySettings.from_toml(file)
     if base.study.importance or base.study.sampler == "table" or base.study.movement == "sampled":
         raise InputError(
             f"{content.study}: a design search draws its own samples; no importance, table or sampled movement."
@@ -244,7 +245,6 @@ def _read(choices: str | Path) -> tuple[Choices, list[tuple[Option, ...]], list[
     names = [" + ".join(option.name for option in chosen) for chosen in built]
     if len(set(names)) < len(names):
         raise InputError(f"{choices}: two options of a choice have the same name.")
-    file = Path(choices).parent / content.study
     tables, folder = study_tables(file)
     settings = [_settings_of(base, file, tables, folder, content.target.rounds[-1], chosen) for chosen in built]
     return content, built, names, settings

@@ -14,7 +14,7 @@ from damagepred.analyses.stored_walls import StoredWalls, is_local
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.discrepancy import stacked
 from damagepred.uq.estimate import effective_samples
-from damagepred.uq.history import PARAMETERS, PRESENT, Histories, drawn_histories, together, years_from
+from damagepred.uq.history import PARAMETERS, PRESENT, Histories, drawn_histories, years_from
 from damagepred.uq.movement_distribution import MovementDistribution
 from damagepred.uq.observations import Observations
 from damagepred.uq.samplers import unit_points
@@ -171,7 +171,8 @@ def _joined(parts: Sequence[_Draws]) -> _Draws:
     terms = {name: np.concatenate([getattr(part.terms, name) for part in parts]) for name in vars(parts[0].terms)}
     # equally likely kinds, each with its own number of draws
     log_weight = np.concatenate([part.log_weight - np.log(len(parts) * len(part.log_weight)) for part in parts])
-    return _Draws(together([part.past for part in parts]), type(parts[0].terms)(**terms), log_weight)
+    past = Histories(*map(np.concatenate, zip(*(part.past for part in parts))))
+    return _Draws(past, type(parts[0].terms)(**terms), log_weight)
 
 
 def _near_posterior(

@@ -43,7 +43,7 @@ def posterior_tables(ds: xr.Dataset) -> list[Table]:
     """Tables of causes, movement, further damage and discrepancy; without resemblance of causes alone."""
     names, shown = [str(name) for name in ds["study"].values], measures(ds)
     first, alike = shown[0], len(set(shown)) == 1
-    causes, rates, ahead = [], [], []
+    causes, future, rates, ahead = [], [], [], []
     for name, measure in zip(names, shown):
         cause = ds.sel(study=name)
         unit = "" if alike else f" {measure.unit}"
@@ -56,7 +56,11 @@ def posterior_tables(ds: xr.Dataset) -> list[Table]:
         odds = (odds_in_words(float(cause["posterior_odds"])), f"{prior / (1.0 - prior):.3g}")
         effective = f"{float(cause['effective_samples']):.1f}" if cause["resembles"] else "–"
         causes.append([name, moved, *odds, effective, chance(float(cause["resemblance"]))])
-        if "until" not in ds or not cause["resembles"]:
+        if not cause["resembles"]:
+            continue
+        for k, further in enumerate(ds["further"].values * float(cause["movement_largest"])):
+            future.append([name, f"{measure.factor * further:.3g}{unit}", *_chances(cause, "future", k)])
+        if "until" not in ds:
             continue
         of_kinds = zip(ds["kind"].values, cause["history_posterior"].values)
         kinds = ", ".join(f"{kind} {chance(float(p))}" for kind, p in of_kinds)
@@ -69,14 +73,6 @@ def posterior_tables(ds: xr.Dataset) -> list[Table]:
     causes.append([ANOTHER, "–", *odds, "–", "–"])
     interval = f"{first.words}, 90 % interval ({first.unit})" if alike else "movement, 90 % interval"
     heads = ["study", interval, "posterior odds", "prior odds", "effective samples", "resemblance"]
-    future = []
-    for name, measure in zip(names, shown):
-        cause = ds.sel(study=name)
-        if not cause["resembles"]:
-            continue
-        for k, further in enumerate(ds["further"].values * float(cause["movement_largest"])):
-            moved = f"{measure.factor * further:.3g}" + ("" if alike else f" {measure.unit}")
-            future.append([name, moved, *_chances(cause, "future", k)])
     further = f"further ({first.unit})" if alike else "further"
     chances = [*(f"P(>= {int(c)})" for c in ds["category"].values), "known"]
     moved = f"movement then, 90 % interval ({first.unit})" if alike else "movement then, 90 % interval"

@@ -50,8 +50,6 @@ from damagepred.uq.observations import (
 )
 from damagepred.uq.survey_likelihood import CrackPrediction, Fit, series_fit
 
-ORIGIN = np.zeros((1, 2))
-"""Place of one wall on a crack map (m)."""
 PARTS = {"wall": (WALL,), "below_dpc": (BELOW_DPC,), "dpc": (DPC_OPENING, DPC_SLIP)}
 
 
@@ -61,8 +59,7 @@ def require_on(seen: Observations, scene: Scene, source: str) -> None:
     walls: dict[str | None, Scene] = dict(zip(scene.names if isinstance(scene, House) else [None], scene.scenes))
     names = [name for name in walls if name is not None]
     has = f"the house of {source} has the walls {', '.join(names)}" if house else f"{source} has one wall, no name"
-    tables = ((table, k, r) for table in TABLES[1:] for k, r in enumerate(getattr(seen, table), 1))
-    for where, reading in (*seen.cracks, *((f"{table} {k}", r) for table, k, r in tables)):
+    for where, reading in (*seen.cracks, *seen.named(TABLES[1:])):
         if house and reading.wall is None and (is_local(reading) or isinstance(reading, WindowObservation)):
             raise InputError(f"{where}: wall: is missing; {has}.")
         for key in ("wall", "to_wall"):
@@ -200,20 +197,14 @@ def _replayed(folder: Path, sample: int) -> Replayed:
 def _replayed_wall(ds: xr.Dataset) -> Replayed:
     cracks = WallCracks(ds)
     joints = cracks.joints
-    rows = [(step, numbered) for step, state in enumerate(cracks.states) for numbered in state]
-    pieces = [numbered.crack.pieces for _, numbered in rows]
-    size = [len(p) for p in pieces]
-    contact = np.concatenate(pieces) if pieces else np.empty(0, dtype=np.int64)
-
-    def each(values: list[int]) -> IntArray:
-        return np.repeat(np.array(values, dtype=np.int64), np.array(size, dtype=np.int64))
-
+    rows = [(step, one.part, one.crack) for step, state in enumerate(cracks.states) for one in state]
+    contact = np.concatenate([np.empty(0, dtype=np.int64), *(crack.pieces for _, _, crack in rows)])
+    width = np.concatenate([np.empty(0), *(crack.opening for _, _, crack in rows)])
+    of_crack = np.array([(step, part, crack.orientation) for step, part, crack in rows], dtype=np.int64).reshape(-1, 3)
+    of_piece = np.repeat(of_crack, [len(crack.pieces) for _, _, crack in rows], axis=0).T
     x, y = (position.ravel()[contact] for position in (joints.contact_x, joints.contact_y))
-    width = np.concatenate([numbered.crack.opening for _, numbered in rows]) if rows else np.empty(0)
-    steps, parts = each([step for step, _ in rows]), each([numbered.part for _, numbered in rows])
-    directions = each([numbered.crack.orientation for _, numbered in rows])
     block_x, block_y, rise = (ds[name].values for name in ("block_x", "block_y", "block_displacement_y"))
-    return Replayed(np.array(len(cracks.states)), steps, parts, directions, x, y, width, block_x, block_y, rise)
+    return Replayed(np.array(len(cracks.states)), *of_piece, x, y, width, block_x, block_y, rise)
 
 
 _WIDEST = {"wall": "crack_width_max", "below_dpc": "base_crack_width_max", "dpc": "dpc_opening_max"}
@@ -423,7 +414,7 @@ class StoredWalls:
         wider: float,
         shape: tuple[int, int],
         negligible: float,
-        places: FloatArray = ORIGIN,
+        places: FloatArray,
     ) -> FloatArray:
         """Probability that a crack wider than a limit (m) runs through each cell, array (y, x); ``places`` of walls."""
         probability = np.zeros(shape[0] * shape[1])

@@ -82,10 +82,8 @@ class Links(NamedTuple):
     ends: IntArray  # (l, 2): points: ends of pieces, and from ``Pieces.points`` on, zones
     place: FloatArray  # (l, 2, 2): position of the points (m)
 
-    @classmethod
-    def none(cls) -> Links:
-        """No links, for walls of rigid bricks."""
-        return cls(np.empty((0, 2), dtype=np.int64), np.empty((0, 2, 2)))
+
+NO_LINKS = Links(np.empty((0, 2), dtype=np.int64), np.empty((0, 2, 2)))
 
 
 class Crack(NamedTuple):
@@ -113,7 +111,7 @@ def links_of(
     failed = zones[yields]
     cracked = np.flatnonzero(open_pieces)
     if not len(failed) or not cracked.size:
-        return Links.none()
+        return NO_LINKS
     corner = np.stack((x[failed], y[failed]), axis=-1)
     middle = corner.mean(axis=1)
     number = pieces.points + np.arange(len(failed))
@@ -353,7 +351,7 @@ class Growth:
         self.merged: dict[int, int] = {}
 
     def step(
-        self, increment: int, opening: FloatArray, slip: FloatArray, cracked: BoolArray, links: Links | None = None
+        self, increment: int, opening: FloatArray, slip: FloatArray, cracked: BoolArray, links: Links = NO_LINKS
     ) -> list[Numbered]:
         """Cracks of the next increment, by number, from opening, slip (m) and broken bonds at the contacts."""
         joints = self.pieces.joints
@@ -368,7 +366,7 @@ class Growth:
         members = (joint, joint, is_open, slid & ~is_open)
         numbered = []
         for part, (in_part, member) in enumerate(zip(self._in_part, members)):
-            through = links if links is not None and part in (WALL, BELOW_DPC) else Links.none()
+            through = links if part in (WALL, BELOW_DPC) else NO_LINKS
             cracks = trace(self.pieces, opening, slip, in_part & member, through)
             numbered += [Numbered(n, part, c, *self._origin(c)) for n, c in self._numbered(part, cracks)]
         return sorted(numbered, key=lambda crack: crack.number)

@@ -12,7 +12,7 @@ import xarray as xr
 from damagepred.archive.schema import dataset, flag_name, read_variables
 from damagepred.damage import HAIRLINE
 from damagepred.damage.joints import JointMap
-from damagepred.damage.tracing import ORIENTATIONS, PARTS, Growth, Numbered, links_of
+from damagepred.damage.tracing import NO_LINKS, ORIENTATIONS, PARTS, Growth, Numbered, links_of
 from damagepred.enumerations import ContactKind, ContactState, ZoneState, flag_meanings
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
@@ -118,7 +118,7 @@ class WallCracks:
 
     def _step(self, increment: int) -> list[Numbered]:
         opening, slip, state = (self.ds[f"contact_{name}"].values[increment] for name in ("opening", "slip", "state"))
-        cracked, hairline, links = state == ContactState.CRACKED, self.growth.hairline, None
+        cracked, hairline, links = state == ContactState.CRACKED, self.growth.hairline, NO_LINKS
         if "zone_state" in self.ds:
             x, y, zones = (self.ds[name].values for name in ("gridpoint_x", "gridpoint_y", "zone_gridpoint"))
             part = (cracked & (opening > hairline)) | (np.abs(slip) > hairline)

@@ -134,8 +134,3 @@ def drawn_histories(prior: History, number: int, unit: FloatArray, first: float,
         age = LEAST_AGE * (LARGEST_AGE / LEAST_AGE) ** unit[:, 0]
     swing = (0.5 * unit[:, 1], unit[:, 2], unit[:, 3]) if kind == "seasonal" else (nothing,) * 3
     return Histories(nothing + number, 1.0 / np.maximum(age, 1.0 / DAYS), nothing, nothing, *swing)
-
-
-def together(parts: Sequence[Histories]) -> Histories:
-    """Histories of several kinds."""
-    return Histories(*(np.concatenate(values) for values in zip(*parts)))

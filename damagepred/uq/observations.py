@@ -274,7 +274,7 @@ class Observations:
 
     def _require_dates(self) -> None:
         """Refuse dates of some observations and not of others, in a wrong order, or without sense."""
-        named = [(f"{table} {k}", o) for table in TABLES for k, o in enumerate(getattr(self, table), 1)]
+        named = self.named(TABLES)
         undated = [where for where, reading in named if reading.date is None]
         if undated and (self.monitor or len(undated) < len(named)):
             raise InputError(f"{undated[0]}: has no date, but other observations have; give each of them its date.")
@@ -289,6 +289,10 @@ class Observations:
         if self.dates:
             self.prior.require_dates(self.dates[-1])
 
+    def named(self, tables: Sequence[str]) -> list[tuple[str, Any]]:
+        """Readings of some tables with their names: table and number."""
+        return [(f"{table} {k}", reading) for table in tables for k, reading in enumerate(getattr(self, table), 1)]
+
     @property
     def prior(self) -> History:
         """Prior of the movement over time."""
@@ -297,7 +301,7 @@ class Observations:
     @cached_property
     def cracks(self) -> list[tuple[str, CrackObservation]]:
         """Observed cracks and readings of monitors, with their names."""
-        named = [(f"crack {k}", crack) for k, crack in enumerate(self.crack, 1)]
+        named = self.named(["crack"])
         for k, monitor in enumerate(self.monitor, 1):
             where = f"monitor {k}" + (f" ({monitor.name})" if monitor.name else "")
             named += [(where, reading) for reading in monitor.readings(where)]
@@ -317,9 +321,7 @@ class Observations:
     @cached_property
     def names(self) -> list[str]:
         """Names of the quantities of ``series``: tables and numbers of their readings in the survey."""
-        tables = ((table, getattr(self, table)) for table in TABLES if table != "crack")
-        named = [(f"{table} {k}", reading) for table, readings in tables for k, reading in enumerate(readings, 1)]
-        name = {id(reading): where for where, reading in [*self.cracks, *named]}
+        name = {id(reading): where for where, reading in [*self.cracks, *self.named(TABLES[1:])]}
         return [", ".join(dict.fromkeys(name[id(reading)] for reading in readings)) for _, readings in self.series]
 
     @cached_property

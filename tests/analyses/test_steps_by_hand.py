@@ -110,7 +110,7 @@ def test_cracks_near_a_place_and_in_cells() -> None:
     np.testing.assert_allclose(rise, [0, -3e-3, 3e-3, np.nan])
     walls = SimpleNamespace(replayed=lambda sample: replayed, left={None: 0.0})
     weight = np.array([[0.1, 0.2, 0.3], [0.0, 1e-9, 0.0]])
-    found = StoredWalls.crack_map(walls, weight, 0.5, 1.5e-3, (2, 2), 1e-4)
+    found = StoredWalls.crack_map(walls, weight, 0.5, 1.5e-3, (2, 2), 1e-4, np.zeros((1, 2)))
     # 0.1, 0.1 twice in increment 1 counts once; 1.1 m lies beyond the last cell, 0.5 m in the upper row
     np.testing.assert_allclose(found, [[0.2, 0.2], [0.2, 0.0]])
     two = SimpleNamespace(

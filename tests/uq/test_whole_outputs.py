@@ -176,10 +176,10 @@ def test_a_sequential_p_value_is_conservative_and_finds_as_many_doubtful_curves(
     full = ((simulated >= statistic[:, None]).sum(axis=1) + 1) / 101
     np.testing.assert_array_equal(found[full < 0.1], full[full < 0.1])
     np.testing.assert_array_equal(found < DOUBTFUL, full < DOUBTFUL)
-    for level in (0.02, DOUBTFUL, 0.1, 0.2, 0.5, 0.8):
-        error = np.sqrt(level * (1 - level) / studies)
-        share = float((found <= level).mean())
-        assert level - 0.011 - 4 * error < share < level + 4 * error, level
+    for level in (2 / 101, 5 / 101, 0.1, 0.2, 0.5, 10 / 12):  # levels that p-values reach: exact
+        assert (found <= level).mean() == pytest.approx(level, abs=4 * np.sqrt(level * (1 - level) / studies))
+    for level in (DOUBTFUL, 0.15, 0.8):  # others: at most
+        assert (found <= level).mean() < level + 4 * np.sqrt(level * (1 - level) / studies)
     assert drawn.mean() < 40
     # of a form that is refused, all are drawn
     assert sequential_p_value(2.0, iter(simulated[0])) == 1 / 101

@@ -240,9 +240,8 @@ def _too_few(cells: GroupedIntervals, walls: float) -> bool:
 
 
 def _columns_of(fits: list[Fit], limits: list[bands.Band], grid: FloatArray) -> Columns:
-    nan = np.full(len(grid), np.nan)
     columns: Columns = {
-        "probability": np.array([f.probability(grid) if f.status == FITTED else nan for f in fits]),
+        "probability": np.array([f.probability(grid) for f in fits]),
         "median": np.array([f.median for f in fits]),
         "dispersion": np.array([f.dispersion for f in fits]),
         "fit_status": np.array([f.status for f in fits]),
@@ -338,7 +337,7 @@ def _finite(movement: float) -> float:
 def _with_failed(walls: capacity.StudyCapacities, fits: list[Fit], request: _Request) -> Columns:
     """Medians and curves with all failed walls undamaged, and with all damaged."""
     columns: Columns = {}
-    grid, some = request.grid, walls.capacities.failed.any()
+    some = walls.capacities.failed.any()
     for name, (lower, upper) in zip(("undamaged", "damaged"), failure_bounds_of(walls)):
         again = fits
         if some and request.model == "common":
@@ -347,8 +346,7 @@ def _with_failed(walls: capacity.StudyCapacities, fits: list[Fit], request: _Req
             again = [fit_grouped(c)[0] for c in _each_category(lower, upper, walls.weight)]
         columns[f"median_failed_{name}"] = np.array([f.median for f in again])
         if some:
-            curves = [f.probability(grid) if f.status == FITTED else np.full(len(grid), np.nan) for f in again]
-            columns[f"probability_failed_{name}"] = np.array(curves)
+            columns[f"probability_failed_{name}"] = np.array([f.probability(request.grid) for f in again])
     return columns
 
 
