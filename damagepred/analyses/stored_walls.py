@@ -201,10 +201,10 @@ def _replayed_wall(ds: xr.Dataset) -> Replayed:
     contact = np.concatenate([np.empty(0, dtype=np.int64), *(crack.pieces for _, _, crack in rows)])
     width = np.concatenate([np.empty(0), *(crack.opening for _, _, crack in rows)])
     of_crack = np.array([(step, part, crack.orientation) for step, part, crack in rows], dtype=np.int64).reshape(-1, 3)
-    of_piece = np.repeat(of_crack, [len(crack.pieces) for _, _, crack in rows], axis=0).T
+    steps, parts, directions = np.repeat(of_crack, [len(crack.pieces) for _, _, crack in rows], axis=0).T
     x, y = (position.ravel()[contact] for position in (joints.contact_x, joints.contact_y))
     block_x, block_y, rise = (ds[name].values for name in ("block_x", "block_y", "block_displacement_y"))
-    return Replayed(np.array(len(cracks.states)), *of_piece, x, y, width, block_x, block_y, rise)
+    return Replayed(np.array(len(cracks.states)), steps, parts, directions, x, y, width, block_x, block_y, rise)
 
 
 _WIDEST = {"wall": "crack_width_max", "below_dpc": "base_crack_width_max", "dpc": "dpc_opening_max"}

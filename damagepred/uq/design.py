@@ -102,7 +102,7 @@ class Design:
         by_distance, lag, innovation = None, {}, joint_factor
         if all(f.by_course for f in fields.values()):
             lag = {place: _lag(place, marginals[place], f.course_correlation) for place, f in fields.items()}
-            innovation = innovation_factor(joint_factor, {place: lag[place] for place in joint})
+            innovation = innovation_factor(joint_factor, lag)
         else:
             by_distance = WallFields(joint, fields, marginals, joint_factor)
         quantiles = {place: JointQuantile(marginals[place]) for place in joint}

@@ -56,8 +56,6 @@ def _checked(
     w = np.ones(walls) if weight is None else np.asarray(weight, dtype=np.float64)
     columns = {name: np.asarray(v, dtype=np.float64) for name, v in inputs.items()}
     for name, values in {**columns, "the output": finite, "weight": w}.items():
-        if values.shape != finite.shape:
-            raise InputError(f"{name}: has {values.size} values for {walls} samples.")
         if unknown := int((~np.isfinite(values)).sum()):
             raise InputError(
                 f"{name}: {unknown} of {walls} values are not finite, and leaving samples out would bias the "

@@ -20,7 +20,6 @@ from damagepred.uq.fragility.fit import FITTED, Fit, GroupedIntervals, group_equ
 from damagepred.uq.fragility.likelihood import (
     LARGEST_DISPERSION,
     SMALLEST_DISPERSION,
-    CategoryIntervals,
     Likelihood,
     LinearBounds,
     likelihood,
@@ -33,7 +32,7 @@ from damagepred.uq.fragility.likelihood import (
 class Estimator(ABC):
     """Maximum likelihood estimate of lognormal curves that are fitted together."""
 
-    rows: LinearBounds | CategoryIntervals
+    rows: LinearBounds
 
     def __init__(self, categories: list[int], cells: GroupedIntervals) -> None:
         self.categories, self.cells = categories, cells
@@ -53,7 +52,7 @@ class Estimator(ABC):
 
     def scores(self, parameters: FloatArray) -> FloatArray:
         """Gradient of the log-likelihood of one wall of each group, array (groups, parameters)."""
-        return scores(parameters, self.rows, len(self.cells.number))
+        return scores(parameters, self.rows)
 
     def hessian(self, parameters: FloatArray) -> FloatArray:
         """Second derivatives of the log-likelihood, array (parameters, parameters)."""
@@ -101,7 +100,6 @@ class CompositeLikelihood(Estimator):
         if size == 1:
             self._sum = None
             lower, upper, kind = cells.lower[0], cells.upper[0], np.zeros(count, dtype=np.int8)
-            self.rows = linear_bounds(lower, upper, np.ones((count, 1)))
         else:
             # groups that differ only in other categories share a row of this one
             equal = [group_equal(np.stack((cells.lower[k], cells.upper[k]))) for k in range(size)]
@@ -112,7 +110,7 @@ class CompositeLikelihood(Estimator):
             row = np.column_stack([which + end - len(first) for (first, which), end in zip(equal, ends)]).ravel()
             each = np.arange(0, size * count + 1, size)
             self._sum = scipy.sparse.csr_array((np.ones(size * count), row, each), shape=(count, int(ends[-1])))
-            self.rows = CategoryIntervals(lower, upper, kind, size)
+        self.rows = linear_bounds(lower, upper, np.eye(size)[kind])
         self._start = _start(lower, upper, kind, size)
 
     def row_weight(self, weight: FloatArray) -> FloatArray:
@@ -126,9 +124,8 @@ class CompositeLikelihood(Estimator):
 
     def scores(self, parameters: FloatArray) -> FloatArray:
         """Gradient of one wall of each group: the sum over its rows, one for each category."""
-        count = len(self.cells.number) if self._sum is None else self._sum.shape[1]
-        found = scores(parameters, self.rows, count)
-        return found if self._sum is None else np.asarray(self._sum @ found)
+        of_rows = super().scores(parameters)
+        return of_rows if self._sum is None else np.asarray(self._sum @ of_rows)
 
 
 def _start(lower: FloatArray, upper: FloatArray, kind: Int8Array, kinds: int) -> FloatArray:

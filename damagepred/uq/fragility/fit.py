@@ -53,20 +53,13 @@ def group_intervals(
 
 
 def group_equal(columns: FloatArray) -> tuple[IntArray, IntArray]:
-    """Find the groups of equal columns."""
-    key = np.zeros(columns.shape[1], dtype=np.int64)
-    many = 1
-    for column in columns:
-        if not column.size or (column == column[0]).all():
-            continue
-        values, rank = np.unique(column, return_inverse=True)
-        if many > 1 and many * len(values) > 2**62:  # renumbered before the product overflows
-            kinds, key = np.unique(key, return_inverse=True)
-            many = len(kinds)
-        key = key * len(values) + rank
-        many *= len(values)
-    _, first, which = np.unique(key, return_index=True, return_inverse=True)
-    return first, which
+    """First column of each group of equal columns, and the group of each column."""
+    order = np.lexsort(columns[::-1])
+    ordered = columns[:, order]
+    begins, which = np.ones(len(order), dtype=bool), np.empty(len(order), dtype=np.int64)
+    begins[1:] = (ordered[:, 1:] != ordered[:, :-1]).any(axis=0)
+    which[order] = np.cumsum(begins) - 1
+    return order[begins], which
 
 
 @checked

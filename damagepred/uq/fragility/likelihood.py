@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
-from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 
 _LOG_ZERO = -1e6  # finite number in place of the logarithm of 0
 ROUNDING = 1e-14
@@ -36,33 +36,6 @@ class LinearBounds(NamedTuple):
         return LinearBounds(
             self.below[which], self.above[which], self.no_below[which], self.no_above[which], self.exact[which]
         )
-
-    @property
-    def parameters(self) -> int:
-        """Number of parameters."""
-        return self.below.shape[1]
-
-
-class CategoryIntervals(NamedTuple):
-    """Intervals of capacities of several kinds with one dispersion and a mean each; rows are expanded when needed."""
-
-    # (rows,): the capacity lies in (lower, upper]
-    lower: FloatArray
-    upper: FloatArray
-    kind: Int8Array  # (rows,): which mean it has
-    kinds: int  # number of kinds
-
-    def part(self, which: slice) -> LinearBounds:
-        """Return some of the rows."""
-        return linear_bounds(self.lower[which], self.upper[which], np.eye(self.kinds)[self.kind[which]])
-
-    @property
-    def parameters(self) -> int:
-        """Number of parameters."""
-        return 1 + self.kinds
-
-
-Rows = LinearBounds | CategoryIntervals
 
 
 def linear_bounds(lower: FloatArray, upper: FloatArray, regressors: FloatArray) -> LinearBounds:
@@ -89,7 +62,7 @@ class Likelihood(NamedTuple):
     hessian: FloatArray
 
 
-def likelihood(parameters: FloatArray, rows: LinearBounds | CategoryIntervals, weight: FloatArray) -> Likelihood:
+def likelihood(parameters: FloatArray, rows: LinearBounds, weight: FloatArray) -> Likelihood:
     """Log-likelihood of several sets of parameters, each for its own weights, with its derivatives."""
     resamples, size = parameters.shape
     value, gradient = np.zeros(resamples), np.zeros((resamples, size))
@@ -109,10 +82,10 @@ def likelihood(parameters: FloatArray, rows: LinearBounds | CategoryIntervals, w
     return Likelihood(value, gradient, hessian)
 
 
-def scores(parameters: FloatArray, rows: LinearBounds | CategoryIntervals, count: int) -> FloatArray:
-    """Gradient of the log-likelihood of each of ``count`` rows, array (rows, parameters)."""
-    gradients = np.empty((count, rows.parameters))
-    for first in range(0, count, LIKELIHOOD_ROWS):
+def scores(parameters: FloatArray, rows: LinearBounds) -> FloatArray:
+    """Gradient of the log-likelihood of each row, array (rows, parameters)."""
+    gradients = np.empty_like(rows.below)
+    for first in range(0, len(gradients), LIKELIHOOD_ROWS):
         chunk = slice(first, first + LIKELIHOOD_ROWS)
         some = rows.part(chunk)
         _, by_low, by_high, *_ = _row_log_likelihood(parameters[None], some)
@@ -162,11 +135,11 @@ def _log_interval_probability(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.maximum(np.where(np.isnan(difference), _LOG_ZERO, difference), _LOG_ZERO)
 
 
-def maximise_likelihood(rows: LinearBounds | CategoryIntervals, weight: FloatArray, start: FloatArray) -> FloatArray:
+def maximise_likelihood(rows: LinearBounds, weight: FloatArray, start: FloatArray) -> FloatArray:
     """Parameters of the largest likelihood, array (resamples, parameters), by Newton's method."""
     resamples, count = weight.shape
     smallest, largest = SMALLEST_DISPERSION, LARGEST_DISPERSION
-    parameters = np.array(np.broadcast_to(start, (resamples, rows.parameters)), dtype=np.float64)
+    parameters = np.array(np.broadcast_to(start, (resamples, rows.below.shape[1])), dtype=np.float64)
     if count > COARSE_START_ROWS and resamples == 1:
         stride = count // (COARSE_START_ROWS // 5)
         parameters = maximise_likelihood(rows.part(slice(None, None, stride)), weight[:, ::stride], parameters)
@@ -191,7 +164,12 @@ def maximise_likelihood(rows: LinearBounds | CategoryIntervals, weight: FloatArr
 
 
 def _line_search(
-    parameters: FloatArray, current: Likelihood, step: FloatArray, active: IntArray, rows: Rows, weight: FloatArray
+    parameters: FloatArray,
+    current: Likelihood,
+    step: FloatArray,
+    active: IntArray,
+    rows: LinearBounds,
+    weight: FloatArray,
 ) -> tuple[BoolArray, FloatArray]:
     """Halve the steps until the likelihood is no smaller; return whether each was taken, and its fraction."""
     moved, fraction = np.zeros(len(active), dtype=bool), np.ones(len(active))
