@@ -12,6 +12,7 @@ from damagepred.damage.tracing import (
     DPC_OPENING,
     DPC_SLIP,
     HORIZONTAL,
+    NO_LINKS,
     STEPPED,
     VERTICAL,
     WALL,
@@ -28,7 +29,7 @@ MM = 1e-3
 STEPS = [("head", 4, 2), ("bed", 4, 3), ("head", 5, 3), ("bed", 5, 4), ("head", 6, 4), ("bed", 6, 5), ("head", 7, 5)]
 
 
-def cracks(wall: Pattern, links: Links | None = None) -> list[Numbered]:
+def cracks(wall: Pattern, links: Links = NO_LINKS) -> list[Numbered]:
     return Growth(wall.map).step(0, wall.opening, wall.slip, wall.cracked, links)
 
 
