@@ -85,7 +85,13 @@ class MovementLimit:
     """Level of confidence (``data_files.CONFIDENCE``)."""
 
     def value(self, length: float, height: float) -> float:
-        """Limit (1) for a wall of given size (m)."""
+        """Limit (1) for a wall of given size (m).
+
+        Parameters
+        ----------
+        length, height : float
+            Size of the wall (m).
+        """
         limit = 1 / self.one_in[0]
         if self.length_over_height:
             limit = float(np.interp(length / height, self.length_over_height, 1 / np.array(self.one_in)))

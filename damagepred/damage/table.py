@@ -128,7 +128,15 @@ class DamageTable:
         return level_of(width, self.limits)
 
     def by_width_and_group(self, width: FloatArray | float, group_width: FloatArray | float) -> Int8Array:
-        """Category by the widths (m) of the widest crack and of a group (``group_widths``; 0 or NaN without one)."""
+        """Category by the widest crack and by a group of cracks, element by element.
+
+        Parameters
+        ----------
+        width : array or float
+            Width of the widest crack (m).
+        group_width : array or float
+            Width of the narrowest crack in the widest group (m), see ``group_widths``; 0 or NaN without group.
+        """
         category = self.by_width(width)
         grouped = level_of(group_width, (self.group_width,)) > 0
         return np.where(grouped, np.maximum(category, self.group_category), category).astype(np.int8)
