@@ -252,7 +252,7 @@ def posterior_dataset(
         ds = ds.assign(_crack_maps(studies, weights, options))
     last = [(table, series[-1]) for table, series in seen.series if series[-1].since is None]
     local = [crack for table, crack in last if table == "crack" and crack.x is not None]
-    on_map = dict(zip(studies[0].walls or [None], wall_places(archived_scene(studies[0].ds.attrs))))
+    on_map = dict(zip(studies[0].walls, wall_places(archived_scene(studies[0].ds.attrs))))
     places = [(*(on_map[c.wall] + c.place), c.width or c.wider_than or c.narrower_than or 0.0) for c in local]
     if places:
         names = ("observed_x", "observed_y", "observed_width")

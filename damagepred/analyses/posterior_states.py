@@ -107,7 +107,7 @@ def states_of(
     each += (prior[rows] - np.log(chance)[:, None])[..., None]
     likely = np.argsort(special.logsumexp(each, axis=(0, 1)))[-LIKELY:]
     past = PRESENT if draws is now else Histories(*(values[likely] for values in draws.past))
-    (fit,) = walls.fits(seen, past, (seen.discrepancy,), rows, local)
+    fit = walls.fit(seen, past, seen.discrepancy, rows, local)
     states = States(log, _least_misfit(walls, seen, past, rows, local, fit, log), len(rows) if local else 0)
     if not seen.dates or not np.isfinite(states.misfit).all():
         return states
@@ -136,7 +136,7 @@ def _least_misfit(
     if not np.isfinite(possible[row, increment, draw]):
         return np.full(len(seen.series), np.inf)
     past = past if past is PRESENT else Histories(*(values[[draw]] for values in past))
-    alone = (walls.fits(seen, past, (seen.discrepancy,), rows[[row]], local, [one])[0] for one in seen.series)
+    alone = (walls.fit(seen, past, seen.discrepancy, rows[[row]], local, [one]) for one in seen.series)
     return np.array([fit.misfit[0, increment, 0] for fit in alone])
 
 
@@ -145,7 +145,7 @@ def _log_likelihood(walls: StoredWalls, seen: Observations, draws: _Draws, rows:
     log = np.empty((len(rows), walls.movement.shape[1], len(draws.log_weight)))
     step = max(1, CELLS // log[0].size)
     for some in (slice(start, start + step) for start in range(0, len(rows), step)):
-        (fit,) = walls.fits(seen, draws.past, (draws.terms,), rows[some], local)
+        fit = walls.fit(seen, draws.past, draws.terms, rows[some], local)
         log[some] = fit.log_likelihood + draws.log_weight
     return np.where(np.isfinite(log), log, -np.inf)
 

@@ -172,5 +172,5 @@ def _write_question(folder: StudyFolder, content: dict[str, Any]) -> None:
 
 
 def _content(estimate: SubsetEstimate) -> dict[str, Any]:
-    content = {k: v for k, v in estimate._asdict().items() if k not in ("samples", "margins", "levels", "failed")}
+    content = {k: v for k, v in estimate._asdict().items() if k not in ("samples", "margins", "levels")}
     return content | {"levels": [level._asdict() for level in estimate.levels]}

@@ -217,7 +217,7 @@ class StoredWalls:
     path: Path
     more: tuple[Path, ...] = ()
     shares: tuple[float, ...] = (1.0,)
-    walls: dict[str | None, int] = field(default_factory=dict)  # of a house: number of each wall
+    walls: dict[str | None, int] = field(default_factory=dict)  # number of each wall
     left: dict[str | None, float] = field(default_factory=dict)  # start of each wall in the unfolded elevation (m)
     _local: dict[tuple[Any, ...], tuple[FloatArray, ...]] = field(default_factory=dict)
 
@@ -266,15 +266,14 @@ class StoredWalls:
 
     def require(self, seen: Observations) -> None:
         """Check that the survey fits these walls: positions, parts, openings, and joints near the cracks."""
-        settings = self.settings
-        house = settings.scene if isinstance(settings.scene, House) else None
-        require_on(seen, settings.scene, self.path.name)
-        self.walls, self.left = {}, {None: 0.0}
-        if house is not None:
-            self.walls = {name: number for number, name in enumerate(house.names)}
-            self.left |= dict(zip(house.names, unfolded_starts(house).tolist()))
-        for name, scene in zip(self.walls, house.scenes) if house is not None else ((None, settings.scene),):
-            self._require_near_joints(seen, name, scene)
+        scene = self.settings.scene
+        require_on(seen, scene, self.path.name)
+        self.walls, self.left = {None: 0}, {None: 0.0}
+        if isinstance(scene, House):
+            self.walls = {name: number for number, name in enumerate(scene.names)}
+            self.left |= dict(zip(scene.names, unfolded_starts(scene).tolist()))
+        for name, wall in zip(self.walls, scene.scenes):
+            self._require_near_joints(seen, name, wall)
 
     def _require_near_joints(self, seen: Observations, name: str | None, scene: Scene) -> None:
         """Check that joints of one wall are near its cracks, and that points of levels are on two blocks."""
@@ -318,22 +317,22 @@ class StoredWalls:
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(share) + np.log(self.weight)[:, None])
 
-    def fits(
+    def fit(
         self,
         seen: Observations,
         past: Histories,
-        models: Sequence[Any],
+        model: Any,
         rows: IntArray,
         replayed: bool,
         quantities: Sequence[tuple[str, list[Any]]] | None = None,
-    ) -> list[Fit]:
-        """Fit of all or some quantities by discrepancy, on (rows, increments, histories or terms).
+    ) -> Fit:
+        """Fit of all or some quantities under a discrepancy or its terms, on (rows, increments, histories or terms).
 
         Local quantities count if their walls are replayed.
         """
         days = seen.dates
         nothing = np.zeros((len(rows), self.movement.shape[1], 1))
-        totals = [Fit(nothing, nothing)] * len(models)
+        total = Fit(nothing, nothing)
         reached, _, part = past.at(years_from(days[-1], days)) if days else np.ones((3, 1, 1))
         visit = {day: (reached[:, k], part[:, k]) for k, day in enumerate(days)}
         for table, series in seen.series if quantities is None else quantities:
@@ -346,8 +345,8 @@ class StoredWalls:
                 found = self._followed(each, rows, visit.get(day))
                 at[day] = CrackPrediction(found, self._followed(along, rows, visit.get(day)) if directed else found)
             predicted = [at[r.date] if r.since is None else replace(at[r.date], before=at[r.since]) for r in series]
-            totals = [total + series_fit(series, predicted, model) for total, model in zip(totals, models)]
-        return totals
+            total += series_fit(series, predicted, model)
+        return total
 
     def _followed(self, values: FloatArray, rows: IntArray, visit: tuple[FloatArray, FloatArray] | None) -> FloatArray:
         """Values (rows, increments, histories) at a visit, of walls that end it at each increment's movement."""

@@ -36,10 +36,9 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     # values per joint are no column of a table of walls
     alone = [n for n in ds.data_vars if ds[n].dims == ("sample",)]
     frame = ds[alone].reset_coords(drop=True).to_dataframe()
-    if "status" in frame:
-        names = flag_meanings(SampleStatus)
-        frame["status"] = [names[s] for s in ds["status"].values]
-    walls = str(ds["wall"].attrs["flag_meanings"]).split() if "wall" in ds.dims else []
+    names = flag_meanings(SampleStatus)
+    frame["status"] = [names[s] for s in ds["status"].values]
+    walls = wall_names(ds) if "wall" in ds.dims else []
     of_walls = [f"wall_{name}" for name in ("damage_category", "crack_width_max")]
     of_walls = [name for name in of_walls if name in ds and ds[name].dims == ("sample", "increment", "wall")]
     parts = {name.replace("wall", wall, 1): ds[name][..., k] for name in of_walls for k, wall in enumerate(walls)}

@@ -417,9 +417,8 @@ def sensitivity_columns(indices: xr.Dataset) -> list[Column]:
     columns = [Column("input", inputs, short="input", words=True)]
     level = f"({indices.attrs['confidence']:.0%} interval)"
     for name, head in (("spearman", "rank correlation"), ("partial", "partial"), ("first_order", "share of variance")):
-        known = (
-            indices.clip(0.0, 1.0) if name == "first_order" else indices
-        )  # the estimate of a small share may be below 0
+        # the estimate of a small share may be below 0
+        known = indices.clip(0.0, 1.0) if name == "first_order" else indices
         cells = [banded(known.sel(variable=v), name) for v in inputs]
         columns.append(Column(head, cells, short=f"{head}\n{level}"))
     return columns

@@ -139,8 +139,6 @@ def varying(factor: FloatArray) -> BoolArray:
 def independent_normals(normal: FloatArray, factor: FloatArray) -> FloatArray:
     """Independent normals (n, r) behind correlated ones; ValueError if the other variables do not follow from them."""
     varies = varying(factor)
-    if varies.all():
-        return np.asarray(normal @ np.linalg.inv(factor).T)
     independent = np.compress(varies, normal, axis=1) @ np.linalg.inv(factor[np.ix_(varies, varies)]).T
     following = independent @ factor[np.ix_(~varies, varies)].T
     if not np.allclose(following, normal[:, ~varies], rtol=0.0, atol=1e-3):

@@ -144,23 +144,20 @@ class Design:
         return draw(independent, self.wall_factor, self.wall, how.proposals, how.nominal_share, turn)
 
     @one_blas_thread()
-    def joint_values(self, sample: int, places: JointPlaces | IntArray) -> dict[str, FloatArray]:
+    def joint_values(self, sample: int, places: JointPlaces) -> dict[str, FloatArray]:
         """Values that vary from joint to joint in one sample: place -> array (joints,)."""
         if not self.joint:
             return {}
         random = generator(self.seed, RandomStream.FIELD, self.sampler.field_of(sample))
-        joints = len(places.sequence) if isinstance(places, JointPlaces) else len(places)
-        return self.joint_values_from(random.standard_normal((len(self.joint), joints)), places)
+        return self.joint_values_from(random.standard_normal((len(self.joint), len(places.sequence))), places)
 
     @one_blas_thread()
-    def joint_values_from(self, independent: FloatArray, places: JointPlaces | IntArray) -> dict[str, FloatArray]:
+    def joint_values_from(self, independent: FloatArray, places: JointPlaces) -> dict[str, FloatArray]:
         """Values that vary from joint to joint, from independent standard normals."""
         if self.by_distance is not None:
-            if not isinstance(places, JointPlaces):
-                raise InputError("fields with a correlation over a distance need the places of the joints.")
             normal = self.by_distance.draw(independent, places)
         else:
-            sequence = places.sequence if isinstance(places, JointPlaces) else places
+            sequence = places.sequence
             first = np.diff(sequence, prepend=sequence[0] - 1) != 0
             new = np.where(first, self.joint_factor @ independent, self.innovation_factor @ independent)
             normal = course_autoregression(new, sequence, [self.lag[place] for place in self.joint])

@@ -95,9 +95,8 @@ def movement_words(ds: xr.Dataset, measure: str | None = None) -> str:
     if name != "surface_movement":
         return name.replace("_", " ")
     kept = [str(ds[coord].attrs.get("long_name")) for coord in ("intensity", "movement") if coord in ds.coords]
-    words = ds.attrs.get("ground") or _ground_words(
-        str(ds.attrs.get("scene", ""))
-    )  # of the house of a wall, or its own
+    # of the house of a wall, or its own
+    words = ds.attrs.get("ground") or _ground_words(str(ds.attrs.get("scene", "")))
     return next((words for words in kept if words in LOCAL.values()), str(words))
 
 

@@ -123,13 +123,13 @@ def subset_simulation(
         z = _normals(seed, margin.count, samples, dimensions)
         g = margin(z)
         levels: list[Level] = []
-        step, acceptance, chained = INITIAL_STEP, np.nan, False
+        step, acceptance = INITIAL_STEP, np.nan
         while True:
             ordered = np.sort(g)
             limit = float(0.5 * (ordered[chains - 1] + ordered[chains])) if ordered[chains - 1] > 0 else 0.0
             reached = g <= limit
             share = float(reached.mean())
-            levels.append(Level(limit, share, _variation(reached, share, chains if chained else samples), acceptance))
+            levels.append(Level(limit, share, _variation(reached, share, chains if levels else samples), acceptance))
             if on_level is not None:
                 on_level(levels[-1])
             # no further level follows where most samples share one margin
@@ -139,7 +139,6 @@ def subset_simulation(
             random = generator(seed, RandomStream.SUBSET_START, run * max_levels + len(levels))
             start = random.permutation(np.flatnonzero(reached))[:chains]
             z, g, acceptance, step = _sample_level(margin, z[start], g[start], limit, length, step, seed)
-            chained = True
 
     estimates = [one_run(run) for run in range(runs)]
     return estimates[0] if runs == 1 else _mean_of_runs(estimates)

@@ -20,7 +20,7 @@ from damagepred.campaign.settings import StudySettings
 from damagepred.plotting import draw_back_analysis
 from damagepred.report.back_analysis import posterior_cautions
 from damagepred.scene.described import build
-from damagepred.uq.discrepancy import Discrepancy
+from damagepred.uq.discrepancy import Discrepancy, stacked
 from damagepred.uq.history import PRESENT
 from damagepred.uq.observations import (
     CrackObservation,
@@ -218,7 +218,7 @@ def test_a_window_that_has_closed_tells_the_movement(tmp_path: Path) -> None:
     change = walls.ds["opening_width_change"].values[2, :, 0]
     seen = Observations(window=(WindowObservation(opening=1, width_change=change[4], error="0.05 mm"),))
     model = seen.discrepancy
-    (fit,) = walls.fits(seen, PRESENT, [model], np.arange(6), replayed=False)
+    fit = walls.fit(seen, PRESENT, model, np.arange(6), replayed=False)
     assert fit.misfit[2, 4] == 0.0
     expected = (change[5] - change[4]) ** 2 / (5e-5**2 + (model.distortion_share * change[5]) ** 2)
     assert fit.misfit[2, 5] == pytest.approx(expected)
@@ -240,11 +240,8 @@ def test_the_likelihood_is_integrated_over_the_fitted_discrepancy(causes: list[P
 
     random, log_prior = np.random.default_rng(5), walls.log_prior(None)
     drawn = [Discrepancy().at(normal) for normal in random.standard_normal((2000, 2))]
-    logs = [
-        special.logsumexp(log_prior + fit.log_likelihood[..., 0])
-        for fit in walls.fits(Observations(crack=crack), PRESENT, drawn, np.arange(len(log_prior)), replayed=False)
-    ]
-    expected = special.logsumexp(logs) - np.log(len(logs))
+    fit = walls.fit(Observations(crack=crack), PRESENT, stacked(drawn), np.arange(len(log_prior)), replayed=False)
+    expected = special.logsumexp(log_prior[..., None] + fit.log_likelihood) - np.log(len(drawn))
     found = infer(causes[1], Observations(crack=crack))
     assert float(found["log_evidence"][0]) == pytest.approx(expected, abs=0.05)
     assert abs(evidence(Discrepancy()) - expected) > 0.2

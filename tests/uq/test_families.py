@@ -13,6 +13,7 @@ from damagepred.errors import InputError
 from damagepred.scene.described import build
 from damagepred.uq.design import Design
 from damagepred.uq.exceedance import exceedance
+from damagepred.uq.fields import JointPlaces
 from damagepred.uq.marginals import JointQuantile, Mixture, Table, from_normal
 from damagepred.uq.movement_distribution import movement_distribution
 from damagepred.uq.variable import JointField, Variable
@@ -124,7 +125,8 @@ def test_joints_without_bond():
     variable = build(Variable, of("mixture", components=[sound, none]), "study.toml")
     field = Variable(distribution="mixture", components=variable.components, field=JointField(course_correlation=0.4))
     design = Design.make({PLACE: field}, {PLACE: "1"}, {}, "sobol", 1)
-    values = np.array([design.joint_values(i, np.arange(300) // 20)[PLACE] for i in range(40)])
+    places = JointPlaces(np.arange(300) // 20, np.zeros(300, int), np.arange(300.0), np.zeros(300), 1.0)
+    values = np.array([design.joint_values(i, places)[PLACE] for i in range(40)])
     assert (values == 0).mean() == pytest.approx(0.1, abs=4 * math.sqrt(0.09 / 12000 * 1.8))
     s = math.sqrt(math.log(1.09))
     independent = values[:, ::20].ravel()  # the first joints of each course

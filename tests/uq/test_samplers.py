@@ -8,6 +8,7 @@ from scipy.stats import qmc
 from damagepred.errors import InputError
 from damagepred.uq.design import Design, Sampler, density_ratio
 from damagepred.uq.estimate import probability
+from damagepred.uq.fields import JointPlaces
 from damagepred.uq.importance import Proposal, cross_entropy_shift
 from damagepred.uq.samplers import unit_points
 from damagepred.uq.variable import JointField, Variable
@@ -56,7 +57,9 @@ VARIABLES = {
     "joint.cohesion": Variable(distribution="lognormal", mean=1.0, cov=0.3, field=JointField(course_correlation=0.4)),
 }
 UNITS = {"joint.friction": "1", "movement.central_deflection": "m", "joint.cohesion": "Pa"}
-SEQUENCE = np.repeat(np.arange(4), 10)
+PLACES = JointPlaces(
+    np.repeat(np.arange(4), 10), np.zeros(40, int), np.tile(0.25 * np.arange(10), 4), np.zeros(40), 0.25
+)
 
 
 def design(sampler: str = "sobol", seed: int = 7) -> Design:
@@ -72,13 +75,13 @@ def test_walls_do_not_change_when_a_study_grows(sampler: str):
 
 
 def test_joints_of_a_sample_depend_on_seed_and_number_alone():
-    first = design().joint_values(5, SEQUENCE)["joint.cohesion"]
+    first = design().joint_values(5, PLACES)["joint.cohesion"]
     again = design()
     for other in (0, 3, 9):  # after any earlier draws
-        again.joint_values(other, SEQUENCE)
-    np.testing.assert_array_equal(again.joint_values(5, SEQUENCE)["joint.cohesion"], first)
-    np.testing.assert_array_equal(design("random").joint_values(5, SEQUENCE)["joint.cohesion"], first)
-    for other in (design().joint_values(6, SEQUENCE), design(seed=8).joint_values(5, SEQUENCE)):
+        again.joint_values(other, PLACES)
+    np.testing.assert_array_equal(again.joint_values(5, PLACES)["joint.cohesion"], first)
+    np.testing.assert_array_equal(design("random").joint_values(5, PLACES)["joint.cohesion"], first)
+    for other in (design().joint_values(6, PLACES), design(seed=8).joint_values(5, PLACES)):
         assert not (other["joint.cohesion"] == first).any()
 
 

@@ -150,14 +150,14 @@ TENSION, COHESION = "joint.tensile_strength", "joint.cohesion"
 
 def test_the_scatter_is_the_same_everywhere_and_at_the_first_joint_too():
     """Of the shipped study's fields: lognormal, 0.4 along a course, 0.7 between tension and cohesion."""
-    joints = wall_geometry(Scene(wall=Wall(length=3.6, height=0.9), dpc=Dpc())).joints
-    sequence, field = course_sequences(joints.course, joints.kind, joints.x), JointField(course_correlation=0.4)
+    scene, field = Scene(wall=Wall(length=3.6, height=0.9), dpc=Dpc()), JointField(course_correlation=0.4)
+    joints, places = wall_geometry(scene).joints, joint_places(scene)
     variables = {
         place: Variable(distribution="lognormal", mean=mean, cov=cov, field=field)
         for place, mean, cov in ((TENSION, 0.453e6, 0.3), (COHESION, 0.375e6, 0.35))
     }
     design = Design.make(variables, dict.fromkeys(variables, "Pa"), {frozenset(variables): 0.7}, "sobol", 11)
-    values = np.log([design.joint_values(i, sequence)[TENSION] for i in range(400)])
+    values = np.log([design.joint_values(i, places)[TENSION] for i in range(400)])
     beds = [np.flatnonzero((joints.course == c) & (joints.kind == ContactKind.BED_JOINT)) for c in range(3, 12)]
     sigma = np.sqrt(np.log(1 + 0.3**2))
     mean = np.log(0.453e6) - sigma**2 / 2

@@ -149,11 +149,9 @@ def _profile_points(
 class Resampled(NamedTuple):
     """Bootstrap replicates of the parameters."""
 
-    # (parameters,): of the walls themselves: 1/dispersion, and for each category ln(median)/dispersion
-    estimate: FloatArray
+    estimator: Estimator  # of the walls themselves
     replicates: FloatArray  # (resamples, parameters): of those resamples that can be fitted
     influence: FloatArray  # (groups, parameters): influence of one wall of a group on the parameters
-    cells: GroupedIntervals  # the walls
 
 
 def resample(estimator: Estimator, resamples: int, random: np.random.Generator) -> Resampled:
@@ -162,7 +160,7 @@ def resample(estimator: Estimator, resamples: int, random: np.random.Generator) 
     influence = estimator.scores(best) @ np.linalg.pinv(-estimator.hessian(best), hermitian=True)
     if len(cells.number) > ONE_STEP_GROUPS:
         again = best + _one_step_estimates(influence * cells.weight[:, None], cells.number, resamples, random)
-        return Resampled(best, again[again[:, 0] > 1.0 / LARGEST_DISPERSION], influence, cells)
+        return Resampled(estimator, again[again[:, 0] > 1.0 / LARGEST_DISPERSION], influence)
     fitted = []
     each = max(1, STORED_DRAWS // len(cells.number))
     fewest = FEWEST_REACHED if len(estimator.categories) == 1 else 1
@@ -178,7 +176,7 @@ def resample(estimator: Estimator, resamples: int, random: np.random.Generator) 
     with np.errstate(divide="ignore"):
         dispersion = 1.0 / again[:, 0]
     good = (dispersion > SMALLEST_DISPERSION) & (dispersion < LARGEST_DISPERSION)
-    return Resampled(best, again[good], influence, cells)
+    return Resampled(estimator, again[good], influence)
 
 
 def _one_step_estimates(each: FloatArray, number: IntArray, resamples: int, random: np.random.Generator) -> FloatArray:
@@ -243,7 +241,7 @@ def confidence_band(draws: ParameterDraws, row: FloatArray, grid: FloatArray, co
     tails = np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)])
     if draws.resampled is None:
         return _quantiles(values, tails[:, None] * np.ones(values.shape[1]))
-    estimate = draws.resampled.estimate
+    estimate = draws.resampled.estimator.estimate
     best = _curve_quantities(estimate[:1], estimate[None, 1:] @ row, grid)[0]
     below = ((values < best).sum(axis=0) + 0.5 * (values == best).sum(axis=0) + 0.5) / (len(values) + 1)
     # expanded percentiles (Hesterberg 2015, Am. Stat. 69): resamples scatter too little by the root of (n - 1) / n
@@ -275,13 +273,14 @@ def _quantiles(values: FloatArray, shares: FloatArray) -> Band:
 
 def _acceleration(fits: Resampled, row: FloatArray, grid: FloatArray) -> FloatArray:
     """Acceleration of BCa: a sixth of the skewness of the walls' influence on each number."""
-    g, h = fits.estimate[0], fits.estimate[1:] @ row
+    estimate, cells = fits.estimator.estimate, fits.estimator.cells
+    g, h = estimate[0], estimate[1:] @ row
     with np.errstate(divide="ignore"):
         log_grid = np.where(grid > 0, np.log(grid), 0.0)
     by_g = np.concatenate(([-h / g**2, -1.0 / g**2], log_grid))
     by_h = np.concatenate(([1.0 / g, 0.0], np.full(len(grid), -1.0)))
-    each = np.column_stack((fits.influence[:, 0], fits.influence[:, 1:] @ row)) * fits.cells.weight[:, None]
-    count = fits.cells.number.astype(np.float64)
+    each = np.column_stack((fits.influence[:, 0], fits.influence[:, 1:] @ row)) * cells.weight[:, None]
+    count = cells.number.astype(np.float64)
     second = np.einsum("c,ca,cb->ab", count, each, each)
     third = np.einsum("c,ca,cb,cd->abd", count, each, each, each, optimize=True)
     along = np.column_stack((by_g, by_h))
