@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.folder import open_study
-from damagepred.archive.schema import BY_WALL, OF_HOUSE, VARIABLES, Variable
+from damagepred.archive.schema import BY_WALL, OF_HOUSE, VARIABLES
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import LOCAL, ContactState, PathStatus
 from damagepred.errors import InputError, nearest
@@ -155,26 +155,6 @@ def of_all_walls(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         values["base_reaction"] = values["wall_base_reaction"].sum(axis=-1)
     values["damaged_walls"] = (values["wall_damage_category"] >= 1).sum(axis=-1)
     return values
-
-
-def crack_lists(ds: xr.Dataset, traced: Callable[[xr.Dataset], tuple[xr.Dataset, int]]) -> xr.Dataset:
-    """Cracks of all walls, numbered on from wall to wall; ``traced`` returns the cracks of a wall and their number."""
-    parts, before = [], 0
-    for number, name in enumerate(names := wall_names(ds)):
-        part, count = traced(wall_dataset(ds, name))
-        dim = "crack" if "crack" in part.dims else "piece"
-        own = np.full(part.sizes[dim], number, dtype=np.int8)
-        flags = Variable((dim,), None, f"wall of the {dim}", tuple(names)).attributes()
-        part = part.assign({f"{dim}_wall": (dim, own, flags)}).drop_vars("central_deflection", errors="ignore")
-        key = "crack" if dim == "crack" else "piece_crack"
-        part[key] = (dim, part[key].values + before, part[key].attrs)
-        if "merged_into" in part:
-            part["merged_into"] = part["merged_into"].where(part["merged_into"] == 0, part["merged_into"] + before)
-        parts.append(part)
-        before += count
-    found = xr.concat(parts, dim, data_vars="minimal", coords="minimal", compat="override", combine_attrs="override")
-    kept = {key: ds.attrs[key] for key in ("title", "scene") if key in ds.attrs}
-    return found.assign_attrs({**parts[0].attrs, **kept})
 
 
 @checked

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import dataset, flag_name, read_variables
+from damagepred.archive.schema import Variable, dataset, flag_name, read_variables
 from damagepred.damage import HAIRLINE
 from damagepred.damage.joints import JointMap
 from damagepred.damage.tracing import NO_LINKS, ORIENTATIONS, PARTS, Growth, Numbered, links_of
 from damagepred.enumerations import ContactKind, ContactState, ZoneState, flag_meanings
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
-from damagepred.results.house import crack_lists, is_house
+from damagepred.results.house import is_house, wall_dataset, wall_names
 from damagepred.runtime.one_thread import one_blas_thread
 
 if TYPE_CHECKING:
@@ -67,9 +68,7 @@ def cracks(ds: xr.Dataset, *, hairline: float = HAIRLINE) -> xr.Dataset:
     >>> float(found["crack_width"][-1].max()) <= float(wall["crack_width_max"][-1])
     True
     """
-    if is_house(ds):
-        return crack_lists(ds, lambda part: ((found := WallCracks(part, hairline).dataset()), found.sizes["crack"]))
-    return WallCracks(ds, hairline).dataset()
+    return _of_walls(ds, hairline, WallCracks.dataset)
 
 
 @checked
@@ -99,9 +98,30 @@ def crack_profile(ds: xr.Dataset, increment: int = -1, *, hairline: float = HAIR
     >>> profile.sizes["piece"], list(profile.data_vars)[:3]
     (257, ['piece_crack', 'piece_on_path', 'piece_along'])
     """
-    if is_house(ds):
-        return crack_lists(ds, lambda part: ((traced := WallCracks(part, hairline)).profile(increment), traced.count))
-    return WallCracks(ds, hairline).profile(increment)
+    return _of_walls(ds, hairline, lambda traced: traced.profile(increment))
+
+
+def _of_walls(ds: xr.Dataset, hairline: float, result: Callable[[WallCracks], xr.Dataset]) -> xr.Dataset:
+    """Result of the cracks of a wall, or of all walls of a house, where cracks are numbered on from wall to wall."""
+    if not is_house(ds):
+        return result(WallCracks(ds, hairline))
+    parts, before = [], 0
+    for number, name in enumerate(names := wall_names(ds)):
+        traced = WallCracks(wall_dataset(ds, name), hairline)
+        part = result(traced)
+        dim = "crack" if "crack" in part.dims else "piece"
+        own = np.full(part.sizes[dim], number, dtype=np.int8)
+        flags = Variable((dim,), None, f"wall of the {dim}", tuple(names)).attributes()
+        part = part.assign({f"{dim}_wall": (dim, own, flags)}).drop_vars("central_deflection", errors="ignore")
+        key = "crack" if dim == "crack" else "piece_crack"
+        part[key] = (dim, part[key].values + before, part[key].attrs)
+        if "merged_into" in part:
+            part["merged_into"] = part["merged_into"].where(part["merged_into"] == 0, part["merged_into"] + before)
+        parts.append(part)
+        before += traced.count
+    found = xr.concat(parts, dim, data_vars="minimal", coords="minimal", compat="override", combine_attrs="override")
+    kept = {key: ds.attrs[key] for key in ("title", "scene") if key in ds.attrs}
+    return found.assign_attrs({**parts[0].attrs, **kept})
 
 
 class WallCracks:
