@@ -20,9 +20,7 @@ THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_
 
 def run(out: Path, *options: str, **variables: str) -> dict[str, Any]:
     environment = {name: value for name, value in os.environ.items() if name not in THREADS} | variables
-    subprocess.run(
-        [sys.executable, ROOT / "tests" / "reproducibility_job.py", out, *options], check=True, env=environment
-    )
+    subprocess.run([sys.executable, ROOT / "tests/reproducibility_job.py", out, *options], check=True, env=environment)
     return json.loads(out.read_text(encoding="utf-8"))
 
 

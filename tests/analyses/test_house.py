@@ -57,9 +57,7 @@ def test_a_crack_of_a_wall_is_the_crack_of_that_wall(folder):
 
 
 def test_local_cracks_and_levels_are_read_on_their_wall(folder):
-    everywhere = {
-        name: CrackObservation(wall=name, x=0.3, y=0.15, within=0.4, width="1 mm") for name in ("front", "side")
-    }
+    everywhere = {n: CrackObservation(wall=n, x=0.3, y=0.15, within=0.4, width="1 mm") for n in ("front", "side")}
     local = {name: predicted(folder, "crack", crack) for name, crack in everywhere.items()}
     widest = open_study(folder)["wall_crack_width_max"].values
     assert local["front"][:, -1].min() > 5e-5
@@ -123,15 +121,9 @@ def test_the_crack_map_of_a_house_names_its_walls_and_marks_their_cracks(folder)
 @pytest.mark.parametrize(
     ("crack", "words"),
     [
-        (
-            {"width": "1 mm", "x": 1, "y": 0.2},
-            "crack 1: wall: is missing; the house of house.dp has the walls front, side",
-        ),
+        ({"width": "1 mm", "x": 1, "y": 0.2}, "wall: is missing; the house of house.dp has the walls front, side"),
         ({"width": "1 mm", "wall": "fornt"}, "wall = 'fornt'.*Did you mean 'front'"),
-        (
-            {"width": "1 mm", "wall": "side", "x": 2.5, "y": 0.2},
-            "x = 2.5 m lies off the wall 'side' of house.dp, 0.96 m",
-        ),
+        ({"width": "1 mm", "wall": "side", "x": 2.5, "y": 0.2}, "2.5 m lies off the wall 'side' of house.dp, 0.96 m"),
         ({"width": "1 mm", "wall": "front", "x": 0.7, "y": 0.2}, "lies in opening 1 of the wall 'front'"),
         ({"width": "1 mm", "wall": "front", "x": 1.2, "y": 0.2, "within": 2}, "at most 1 m on a wall of a house"),
     ],
@@ -186,21 +178,13 @@ def test_choices_and_rows_change_walls_by_name(tmp_path):
         ("wall.1.thickness = 0.23", "wall.1.thickness", "wall.1.thickness: the study draws wall.thickness"),
         ("wall.thickness = 0.23", "thickness", "wall.thickness: the study draws this number"),
         ("wall.side.joint.cohesion = 1e5", "wall.side.joint.cohesion", "the study draws this number for each house"),
-        (
-            "wall.bck.thickness = 0.23",
-            "wall.bck.thickness",
-            "wall.bck: there is no such wall; the study has front, side",
-        ),
+        ("wall.bck.thickness = 0.23", "wall.bck.thickness", "wall.bck: there is no such wall; the study has front"),
         (
             "wall.front.opening.2.width = 0.48",
             "wall.front.opening.2.width",
             "opening.2: there is no such wall.front.opening; the study has 1",
         ),
-        (
-            "wall.side.opening.1.width = 0.48",
-            "wall.side.opening.1.width",
-            "wall.side.opening: the study has none; give one",
-        ),
+        ("wall.side.opening.1.width = 0.48", "wall.side.opening.1.width", "wall.side.opening: the study has none"),
     ],
 )
 def test_wrong_changes_of_walls_are_refused_by_the_key_that_was_given(change, header, words, tmp_path):

@@ -189,13 +189,7 @@ def test_invalid_requests_are_refused(tmp_path: Path) -> None:
             study.rare(category, at, tmp_path / "r")
     with pytest.raises(InputError, match="reach"):
         study.rare(1, 4e-3, tmp_path / "r", reach=0.5)
-    for given in (
-        {"level_share": 0.3},
-        {"level_share": float("nan")},
-        {"samples": -5},
-        {"workers": 0},
-        {"timeout": -1},
-    ):
+    for given in ({"level_share": 0.3}, {"level_share": np.nan}, {"samples": -5}, {"workers": 0}, {"timeout": -1}):
         with pytest.raises(InputError, match="must be"):
             study.rare(1, 4e-3, tmp_path / "r", **given)
     assert not (tmp_path / "r").exists()  # in a folder made for a wrong question no other could be asked

@@ -61,9 +61,7 @@ def test_damage_after_further_movement_and_its_bounds() -> None:
             pytest.approx([0.3, 0.3, 0.0]),
             pytest.approx([1.0, 0.5, 0.2]),
         ]
-    far = posterior_dataset._future(
-        walls, weight, InferenceOptions(further=(0.5,)), 3
-    )  # 3 mm: the first alone gets there
+    far = posterior_dataset._future(walls, weight, InferenceOptions(further=(0.5,)), 3)  # the first alone gets there
     assert float(far["future_known"][0]) == pytest.approx(0.5)
     assert far["future_probability"].values[0].tolist() == pytest.approx([1.0, 0.0, 0.0])
     assert far["future_probability_lower"].values[0].tolist() == pytest.approx([1.0, 0.5, 0.2])
@@ -195,9 +193,7 @@ def test_losses_of_walls_and_values_of_measures() -> None:
     assert damaged(ds.isel(sample=[1, 1]), 1, "2.5").tolist() == [0.5, 0.5]  # halfway between two increments
     with pytest.raises(InputError, match=r"target\.at = 5: no sample has a result there"):
         damaged(
-            study(np.full(2, 9.0), end=4.0, increments=4).assign(central_deflection=ds["central_deflection"][:2]),
-            1,
-            "5",
+            study(np.full(2, 9.0), end=4, increments=4).assign(central_deflection=ds["central_deflection"][:2]), 1, "5"
         )
     a, b, c, d = (Option(name=name, cost=cost) for name, cost in (("a", 1.0), ("b", 5.0), ("c", 2.0), ("d", 2.5)))
     choice = (Choice(name="footing", option=(a, b)), Choice(name="joint", option=(c, d)))
@@ -277,11 +273,7 @@ def test_the_study_of_a_limit_state_has_no_movement_of_its_own() -> None:
     how = asked.study
     assert (how.sampler, how.replicates, how.movement, how.stop_at_category) == ("random", 1, "path", 3)
     assert (asked.scene.movement.central_deflection, asked.scene.movement.increments) == (4e-3, 6)
-    for wrong, words in (
-        ({"category": 0}, "from 1 to 4"),
-        ({"at": 0.0}, "greater than 0"),
-        ({"reach": 0.9}, "1 or more"),
-    ):
+    for wrong, words in (({"category": 0}, "from 1 to 4"), ({"at": 0}, "greater than 0"), ({"reach": 0.9}, "or more")):
         with pytest.raises(InputError, match=words):
             Question(**{"category": 1, "at": 1.0} | wrong).check(settings)
     Question(4, 1e-9, 1.0).check(settings)

@@ -151,11 +151,7 @@ def test_cracks_that_stand_still_came_by_a_step(house: Path) -> None:
     later = growing["forecast_quantile"][0].sel(quantile=0.5).values
     assert (np.diff(later) > 0).all()
     assert (np.diff(growing["forecast_probability_lower"][0, :, 0]) >= 0).all()
-    assert growing["until"].values.astype("datetime64[D]").astype(str).tolist() == [
-        "2027-01-01",
-        "2031-01-01",
-        "2036-01-01",
-    ]
+    assert growing["until"].values.astype("M8[D]").astype(str).tolist() == ["2027-01-01", "2031-01-01", "2036-01-01"]
     rates, ahead = posterior_tables(growing)[1:3]
     assert rates.rows[0][1].count("(") == 1
     assert [row[1] for row in ahead.rows] == ["2027-01-01", "2031-01-01", "2036-01-01"]
@@ -191,10 +187,7 @@ def test_another_cause_walks_randomly_between_visits() -> None:
     [
         ("[[crack]]\nwidth = 1e-3\ndate = 2024-01-01\n[[tilt]]\nvalue = 0.01", "tilt 1: has no date, but other"),
         ("[[tilt]]\nvalue = 0.01\n[history]\nkind = 'step'", "history: needs dates, and the observations have none"),
-        (
-            "[[tilt]]\nvalue = 0.01\ndate = 2024-01-01\n[history]\nuntil = 2023",
-            "until = 2023-01-01: must be later than",
-        ),
+        ("[[tilt]]\nvalue = 0.01\ndate = 2024-01-01\n[history]\nuntil = 2023", "2023-01-01: must be later than"),
         ("[[tilt]]\nvalue = 0.01\ndate = 2024-01-01\n[history]\nbegan = [2022, 2020]", "first possible day and then"),
         ("[[tilt]]\nvalue = 0.01\ndate = 2024-01-01\n[history]\nbegan = 2030", "neither after the last visit"),
         ("[[tilt]]\nvalue = 0.01\ndate = 2024-01-01\n[history]\nkind = 'seasons'", "must be 'steady', 'seasonal' or"),

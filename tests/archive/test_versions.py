@@ -106,10 +106,7 @@ def test_an_old_study_is_extended_and_its_parts_are_left(old: Path) -> None:
 @pytest.mark.parametrize(
     ("version", "words"),
     [
-        (
-            SCHEMA_VERSION + 1,
-            f"schema version {SCHEMA_VERSION + 1}, this damagepred reads up to {SCHEMA_VERSION}; update",
-        ),
+        (SCHEMA_VERSION + 1, f"version {SCHEMA_VERSION + 1}, this damagepred reads up to {SCHEMA_VERSION}; update"),
         ("2", "has no schema_version"),
         (None, "has no schema_version"),
     ],
@@ -164,9 +161,7 @@ def test_a_file_that_states_its_bricks_resumes_a_folder_of_the_same_bricks(tmp_p
         if not refused:
             assert Study.from_toml(file).run(folder).done == 2
             return
-        with pytest.raises(
-            StudyError, match=r"scene.solver.blocks \(was 'rigid', is 'elastic'\)\n.* set the keys back"
-        ):
+        with pytest.raises(StudyError, match=r"scene.solver.blocks \(was 'rigid', is 'elastic'\)\n.* the keys back"):
             Study.from_toml(file).run(folder)
 
 

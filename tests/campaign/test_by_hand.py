@@ -72,8 +72,8 @@ def test_every_number_of_a_standing(tmp_path: Path, replicates: int, monkeypatch
             middle, reach = share + z**2 / 64, z * math.sqrt(share * (1 - share) / 32 + z**2 / 64**2)
             ends = [float(end) for end in row[4].split(" - ")]
             assert ends == pytest.approx([(middle + way * reach) / (1 + z**2 / 32) for way in (-1, 1)], abs=6e-4)
-    assert "; ".join(row[0] for row in share_rows(found)) == (
-        "0 negligible; 1 very slight; 2 slight; 3 moderate; 4 severe"
+    assert (
+        "; ".join(row[0] for row in share_rows(found)) == "0 negligible; 1 very slight; 2 slight; 3 moderate; 4 severe"
     )
 
 
@@ -244,11 +244,6 @@ def test_a_design_by_its_columns() -> None:
     assert ds["joint.friction"].attrs["distribution"] == "lognormal"
     assert (ds["movement.central_deflection"].attrs["units"], ds["joint.cohesion"].attrs["units"]) == ("m", "Pa")
     manifest = study._manifest(5)
-    assert [manifest[key] for key in ("title", "samples", "seed", "sampler")] == [
-        "small wall that cracks",
-        5,
-        3,
-        "sobol",
-    ]
+    assert [manifest[k] for k in ("title", "samples", "seed", "sampler")] == ["small wall that cracks", 5, 3, "sobol"]
     with pytest.raises(StudyError, match=r"no study folder|holds"):
         study._prepare(StudyFolder(Path(__file__).parent), 5)

@@ -67,9 +67,7 @@ def content(folder: Path) -> xr.Dataset:
     return ds.drop_vars("run_time").drop_attrs()
 
 
-def one_study(
-    begin: Callable[[Path], None], go_on: Callable[[Path], object], place: Path, damaged: bool = False
-) -> None:
+def one_study(begin: Callable[[Path], None], go_on: Callable[[Path], object], place: Path, damaged=False) -> None:
     """Kill ``go_on`` at each write in turn, run it again, and compare with one that was not killed."""
     begin(place / "undisturbed.dp")
     go_on(place / "undisturbed.dp")

@@ -57,10 +57,7 @@ def test_tables_of_samples_and_their_weighted_means(tmp_path: Path) -> None:
     for header in ("opening.1.x", "opening.0.x"):
         (tmp_path / "t.csv").write_text(f"joint.friction,{header} [mm],weight\n0.6,480,1\n0.7,490,1\n")
         values = new.design().wall_values(2)
-        assert {key: v.tolist() for key, v in values.items()} == {
-            "joint.friction": [0.6, 0.7],
-            "opening.1.x": [0.48, 0.49],
-        }
+        assert {k: v.tolist() for k, v in values.items()} == {"joint.friction": [0.6, 0.7], "opening.1.x": [0.48, 0.49]}
     (tmp_path / "t.csv").write_text("joint.friction\n0.5\n-1\n")
     with pytest.raises(InputError, match=r"t\.csv: a value the scene cannot take"):
         StudySettings.of_tables(tables, tmp_path, "study.toml")

@@ -59,9 +59,7 @@ def test_infer_prints_and_keeps_the_posterior(command: Run, tmp_path: Path) -> N
     told = json.loads(command("infer", weak, survey, "--json").out)
     assert told["dims"]["study"] == 1
     # 80 walls of which few agree: the caution comes first, and no odds, neither as such nor as probabilities
-    survey.write_text(
-        '[[crack]]\nwidth = "12 mm"\nerror = "0.1 mm"\n[discrepancy]\nwidth = 1e-5\nwidth_share = 0.001\n'
-    )
+    survey.write_text('[[crack]]\nwidth = "12 mm"\nerror = 1e-4\n[discrepancy]\nwidth = 1e-5\nwidth_share = 0.001\n')
     told = json.loads(command("infer", weak, strong, survey, "--json").out)
     assert "cautions" not in told  # sentences go to the error stream
     assert told["data_vars"]["cause_posterior"]["data"] == [None, None]
@@ -102,9 +100,7 @@ def test_inputs_are_ranked_and_curves_have_other_forms(command: Run, small_study
     for options in (["--model", "common"], ["--model", "empirical"], ["--intensity", "curvature"]):
         result = command("fragility", folder, *options, "--bootstrap", 20, "--plot", tmp_path / "c.png")
         assert result.code == 0, result.err
-    again = command(
-        "fragility", folder, "--against", "joint.friction", "--categories", "2", "--plot", tmp_path / "s.png"
-    )
+    again = command("fragility", folder, "--against", "joint.friction", "--categories", 2, "--plot", tmp_path / "s.png")
     assert again.code == 0, again.err
     assert "joint.friction" in again.out
     assert (tmp_path / "s.png").stat().st_size > 5000
@@ -136,11 +132,7 @@ def scene(tmp_path: Path) -> Path:
 def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     program = f"{sys.executable} -m damagepred"
     return subprocess.run(
-        ["bash", "-c", command.replace("damagepred", program, 1)],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
+        ["bash", "-c", command.replace("damagepred", program, 1)], cwd=folder, capture_output=True, text=True
     )
 
 

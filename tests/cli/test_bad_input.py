@@ -120,9 +120,7 @@ def test_no_place_to_write(command: Run, tmp_path: Path) -> None:
     one_message(
         command("solve", tmp_path / "wall.toml", "-o", tmp_path / "nowhere" / "wall.nc"), ["does not exist", "wall.nc"]
     )
-    one_message(
-        command("solve", tmp_path / "wall.toml", "--plot", tmp_path / "file" / "pictures"), ["cannot be written"]
-    )
+    one_message(command("solve", tmp_path / "wall.toml", "--plot", tmp_path / "file" / "p"), ["cannot be written"])
     (tmp_path / "study.toml").write_text(STUDY)
     one_message(command("study", tmp_path / "study.toml", "-o", tmp_path / "file" / "out.dp"), ["cannot be written"])
     one_message(command("study", tmp_path / "study.toml", "-o", tmp_path / "file"), ["-o"])

@@ -229,9 +229,7 @@ def test_an_interrupted_study_keeps_what_was_done_and_goes_on(small_study_file: 
     assert 3 <= done < 400
     assert not folder.failed_samples()
     assert int((open_study(folder.path)["status"].values == 0).sum()) == done
-    resumed = subprocess.run(
-        [*arguments[:5], "-n", str(done + 2), "-j", "2"], capture_output=True, text=True, check=False
-    )
+    resumed = subprocess.run([*arguments[:5], "-n", str(done + 2), "-j", "2"], capture_output=True, text=True)
     assert resumed.returncode == 0, resumed.stderr
     assert all((folder.parts / name).read_bytes() == content for name, content in kept.items())
     first = open_study(folder.path)["status"].values[: done + 2]

@@ -88,11 +88,8 @@ def test_wrong_files_are_answered_by_a_sentence(choices: Path, old: str, new: st
 
 def test_a_material_of_an_option_counts(choices: Path) -> None:
     """The values of the material, not the ones that the study's own scene has by default."""
-    stiffer, of_material = (
-        'scene.joint.normal_stiffness = "120 N/mm3"',
-        'scene.material = "calcium silicate brick, Dutch"',
-    )
-    text = choices.read_text().replace(stiffer, of_material)
+    old, new = 'scene.joint.normal_stiffness = "120 N/mm3"', 'scene.material = "calcium silicate brick, Dutch"'
+    text = choices.read_text().replace(old, new)
     study = choices.parent / "small.toml"
     lines = study.read_text().partition("[correlation]")[0].splitlines()
     study.write_text("\n".join(line for line in lines if not line.startswith('"joint.')))

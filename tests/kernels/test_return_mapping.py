@@ -69,9 +69,7 @@ def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointPr
         cap_shear=rng.uniform(1.0, 12.0, count),
         softening_shape=np.full(count, 5.0 * exponential),
         critical_opening=critical,
-        critical_slip=np.where(
-            has["slip_weight"], (cohesion - left * cohesion) / K_S * rng.uniform(1.5, 20.0, count), 0.0
-        ),
+        critical_slip=np.where(has["slip_weight"], (cohesion - left * cohesion) / K_S * rng.uniform(1.5, 20, count), 0),
     )
 
 

@@ -51,9 +51,7 @@ def pixels(ax: Axes, *points: Any) -> Any:
 
 def of_axes(ax: Axes) -> Iterator[str]:
     frame = "".join(name[0] for name, spine in ax.spines.items() if spine.get_visible()) if ax.axison else "off"
-    lines = "".join(
-        axis.axis_name for axis in (ax.xaxis, ax.yaxis) if any(g.get_visible() for g in axis.get_gridlines())
-    )
+    lines = "".join(one.axis_name for one in (ax.xaxis, ax.yaxis) if any(g.get_visible() for g in one.get_gridlines()))
     limits, scales = number([ax.get_xlim(), ax.get_ylim()]), f"{ax.get_xscale()} {ax.get_yscale()} {ax.get_aspect()}"
     yield f"AXES limits {limits} {scales} frame {frame} grid {lines} {'below' * (ax.get_axisbelow() is True)}"
     if words := ax.get_title(loc="left"):
@@ -139,9 +137,7 @@ def of_handle(handle: Artist) -> str:
             to_hex(c, True) for c in (handle.get_color(), handle.get_markeredgecolor(), handle.get_markerfacecolor())
         ]
         width, size = handle.get_linewidth(), handle.get_markersize()
-        return (
-            f"{ink[0]} {width:g} {handle.get_linestyle()} {dashes} {handle.get_marker()} {size:g} {' '.join(ink[1:])}"
-        )
+        return f"{ink[0]} {width:g} {handle.get_linestyle()} {dashes} {handle.get_marker()} {size:g} {ink[1]} {ink[2]}"
     if isinstance(handle, Patch):
         ink = f"{to_hex(handle.get_facecolor(), True)} {to_hex(handle.get_edgecolor(), True)}"
         return f"{ink} {handle.get_linewidth():g} {handle.get_hatch() or ''}"

@@ -145,9 +145,7 @@ def test_ground_over_a_tunnel_moves_along_the_line_to_its_axis(kind: str, toward
     assert towards * strain[np.argmin(np.abs(X - 5.9))] > 0
 
 
-@pytest.mark.parametrize(
-    "position", [(0.0, 0.5, 0.5, 1.0), (0.0, 0.6, 0.4, 1.0), (0.0, 0.0, 1.0), (0.1, 1.0), (0.0, 0.9)]
-)
+@pytest.mark.parametrize("position", [(0, 0.5, 0.5, 1), (0, 0.6, 0.4, 1), (0, 0, 1), (0.1, 1), (0, 0.9)])
 def test_positions_of_a_table_rise_from_0_to_1(position):
     with pytest.raises(InputError, match="positions must rise from 0 to 1"):
         Scene.from_dict(

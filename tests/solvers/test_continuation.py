@@ -207,9 +207,7 @@ def test_an_increment_without_equilibrium_names_itself_and_a_block(monkeypatch: 
         return 1.0 if state.load_factor > 0.3 else original(self, state, start)
 
     monkeypatch.setattr(Equilibrium, "find", find)
-    monkeypatch.setattr(
-        Continuation, "snap_through", lambda self, state, start_load_factor, cycles_share=1.0: (state, 0.5)
-    )
+    monkeypatch.setattr(Continuation, "snap_through", lambda self, state, *_, **__: (state, 0.5))
     model = wall_model(small_scene())
     settings, steps = Solver(method="quasi_static", symmetric_half=half), []
     with pytest.raises(ConvergenceError, match=r"increment 2: no equilibrium .* block \d+ \(x = ") as caught:

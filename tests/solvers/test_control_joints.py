@@ -170,8 +170,7 @@ def test_a_joint_that_closes_at_one_end_only_is_found_by_the_condensed_wall():
         loads=Loads(roof=5e3),
     )
     condensed, whole = (
-        damagepred.solve(tall, solver=Solver(condense=condense, lump_block_elasticity=False))
-        for condense in (True, False)
+        damagepred.solve(tall, solver=Solver(condense=c, lump_block_elasticity=False)) for c in (True, False)
     )
     closed = (
         condensed["contact_normal_stress"].values[:, condensed["contact_kind"].values == ContactKind.CONTROL_JOINT] < 0

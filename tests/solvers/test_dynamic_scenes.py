@@ -20,11 +20,7 @@ def table(speed: float = 1.2, mirror: bool = False, shift: float = 0.0, angle: f
     sign = -1.0 if mirror else 1.0
     gravity = turned([0.0, -G], angle)
     assembly = Assembly(gravity=(gravity[0], gravity[1]), joint=dry(1e10, 0.3), thickness=THICKNESS)
-    for corners in (
-        rectangle(-1.0, 0.2, 0.0, 0.3),
-        rectangle(-2.0, -0.1, 2.0, 0.0),
-        rectangle(-0.3, 0.3, -0.06, 0.375),
-    ):
+    for corners in (rectangle(-1.0, 0.2, 0.0, 0.3), rectangle(-2, -0.1, 2, 0.0), rectangle(-0.3, 0.3, -0.06, 0.375)):
         polygon = np.array(corners) * [sign, 1.0]
         assembly.add_block(turned(polygon, angle, (shift, shift)))
     velocity = turned([sign * speed, 0.0], angle)
@@ -55,9 +51,7 @@ def test_a_mirrored_scene_gives_the_mirror_image() -> None:
     here, there = (run(table(mirror=mirror), 0.45, 9, **GENTLE) for mirror in (False, True))
     scale = np.abs(here["block_displacement_x"].values).max()
     assert np.abs(here["block_rotation"].values[-1, 2]) > 0.05
-    np.testing.assert_allclose(
-        here["block_displacement_x"].values, -there["block_displacement_x"].values, atol=1e-6 * scale
-    )
+    np.testing.assert_allclose(here["block_displacement_x"], -there["block_displacement_x"], atol=1e-6 * scale)
     np.testing.assert_allclose(here["block_rotation"].values, -there["block_rotation"].values, atol=1e-6)
 
 
@@ -107,9 +101,7 @@ def test_a_wall_that_hardly_moves_is_searched_once() -> None:
     assert without["searches"].values.max() == 0
     assert without.attrs["time_step"] > ds.attrs["time_step"]
     scale = np.abs(ds["block_displacement_x"].values).max()
-    np.testing.assert_allclose(
-        ds["block_displacement_x"].values, without["block_displacement_x"].values, atol=1e-3 * scale
-    )
+    np.testing.assert_allclose(ds["block_displacement_x"], without["block_displacement_x"], atol=1e-3 * scale)
 
 
 def test_the_skin_of_the_neighbour_list_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -196,8 +188,6 @@ def test_damping_by_mass_is_that_of_motion_relative_to_the_base() -> None:
     t, damped = ds["time"].values, omega * np.sqrt(1 - ratio**2)
     swing = np.cos(damped * t) + ratio * omega / damped * np.sin(damped * t)
     exact = -acceleration / omega**2 * (1 - np.exp(-ratio * omega * t) * swing)
-    np.testing.assert_allclose(
-        ds["block_displacement_y"].values[:, 0], exact, rtol=0, atol=0.01 * acceleration / omega**2
-    )
+    np.testing.assert_allclose(ds["block_displacement_y"][:, 0], exact, rtol=0, atol=0.01 * acceleration / omega**2)
     # elastic joints balance to the last digits, whatever the base does to what is damped
     assert np.abs(ds["energy_error"].values).max() < 1e-9 * float(ds["external_work"].max())

@@ -240,8 +240,7 @@ def test_level_state_is_that_on_bilateral_supports_while_none_pulls() -> None:
     # a copy may have thin piers, as a sampled wall
     scene = replace(scene, opening=(Opening(x=0.466, y=0.268, width=0.168, height=0.221, lintel_bearing=0.06),))
     held, lifts = (
-        damagepred.solve(replace(scene, rig=Rig(support=support, stop_at_zero=False)))
-        for support in ("held", "lift_off")
+        damagepred.solve(replace(scene, rig=Rig(support=s, stop_at_zero=False))) for s in ("held", "lift_off")
     )
     assert lifts.attrs["status"] == "complete"
     assert (held["support_load"] > 0.0).all()

@@ -113,10 +113,7 @@ def test_a_csv_file_that_is_no_history_is_refused(tmp_path: Path, text: str, sai
 @pytest.mark.parametrize(
     ("tables", "said"),
     [
-        (
-            {"movement": {"shape": "mound", "stage": [{"central_deflection": 1e-3}]}},
-            "each stage has a surface_movement",
-        ),
+        ({"movement": {"shape": "mound", "stage": [{"central_deflection": 1e-3}]}}, "stage has a surface_movement"),
         (
             {
                 "movement": {"shape": "mound", "stage": [{"surface_movement": 1e-3}]},
@@ -204,9 +201,7 @@ def test_the_worst_width_stays_and_the_present_one_remains_after_the_cycle() -> 
     assert (path["crack_width_worst"].values == np.maximum.accumulate(widths)).all()
     ax = draw_history(path)
     assert ax.get_xlabel().startswith("increment")
-    turns = [
-        line.get_xdata()[0] for line in ax.lines if line.get_linestyle() == ":" and len(set(line.get_xdata())) == 1
-    ]
+    turns = [one.get_xdata()[0] for one in ax.lines if one.get_linestyle() == ":" and len(set(one.get_xdata())) == 1]
     assert turns == [4]
 
 

@@ -290,12 +290,7 @@ def test_a_partly_fixed_block_without_mass_is_refused() -> None:
 def test_slip_that_breaks_a_softened_bond_releases_the_rest() -> None:
     """Opened to between u_0 and w_c while sheared; the remaining energy of the bond is released."""
     joint = replace(
-        SOFT,
-        brittle_shear=True,
-        compressive_strength=None,
-        residual_cohesion=0.0,
-        residual_friction=None,
-        cohesion=0.2e6,
+        SOFT, brittle_shear=True, compressive_strength=None, residual_cohesion=0.0, residual_friction=None, cohesion=2e5
     )
     model = drawn_pair(joint, x=0.3e-3, y=0.16e-3, rotation=0.0)
     path: list[Increment] = list(solve_path(model, ONE_STEP, 300))

@@ -126,9 +126,7 @@ def test_the_three_that_contradict_and_what_the_third_can_be():
 
 def test_fields_fully_correlated():
     for field in (JointField(course_correlation=0.4), JointField(correlation_length=0.5, nugget=0.1)):
-        fields = {
-            name: Variable(distribution="normal", mean=m, std=0.02, field=field) for name, m in (("a", 1), ("b", 2))
-        }
+        fields = {name: Variable(distribution="normal", mean=m, std=0.02, field=field) for name, m in zip("ab", (1, 2))}
         design = Design.make(fields, {"a": "1", "b": "1"}, {frozenset("ab"): 1.0}, "random", 1)
         x = np.arange(6) * 0.24
         places = JointPlaces(np.zeros(6, int), np.zeros(6, np.int8), x, 0.0 * x, 0.24)

@@ -67,8 +67,7 @@ def table(tmp_path: Path, text: str) -> dict[str, np.ndarray]:
 
 def test_a_table_may_carry_units_in_its_header_or_its_cells(tmp_path: Path) -> None:
     found = table(
-        tmp_path,
-        "# drawn elsewhere\njoint.tensile_strength [MPa], joint.friction,weight\n0.4,0.7,1\n0.5 N/mm2,70 %,0.5\n\n",
+        tmp_path, "# drawn\njoint.tensile_strength [MPa], joint.friction,weight\n0.4,0.7,1\n0.5 N/mm2,70 %,0.5\n\n"
     )
     np.testing.assert_allclose(found["joint.tensile_strength"], [0.4e6, 0.5e6])
     np.testing.assert_allclose(found["joint.friction"], [0.7, 0.7])

@@ -19,9 +19,7 @@ HERE = ROOT / "studies" / "benchmarks"
 @pytest.mark.thorough
 def test_the_page_agrees_with_the_data() -> None:
     text = run.text(all_studies.runs())
-    assert text == (HERE / "RESULTS.md").read_text(encoding="utf-8"), (
-        "the data have changed: run studies/benchmarks/run.py"
-    )
+    assert text == (HERE / "RESULTS.md").read_text(encoding="utf-8"), "changed data: run studies/benchmarks/run.py"
 
 
 def test_no_row_is_without_a_version() -> None:

@@ -64,9 +64,7 @@ def test_cases_are_the_test(study):
 def test_the_dpc_is_measured(study):
     x = np.linspace(0.0, 6.0, 61)
     opening = 1e-3 * np.maximum(1.0 - np.abs(x - 3.0), 0.0)
-    dpc = study.measures.Dpc(
-        x, opening, np.where(opening > 0, 0.0, -1e3), 2e-3 * (x > 5.5), np.full(61, 6 / 61), 0.0, 6.0
-    )
+    dpc = study.measures.Dpc(x, opening, np.where(opening > 0, 0.0, -1e3), 2e-3 * (x > 5.5), np.full(61, 6 / 61), 0, 6)
     assert dpc.separated(0.5e-3) == pytest.approx(1.0)
     assert dpc.closed_at_ends(0.5e-3) == pytest.approx((2.5, 2.5))
     assert dpc.closed_at_ends(2e-3) == (3.0, 3.0)

@@ -255,13 +255,7 @@ def test_errors_of_walls_with_a_known_answer(monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.slow
 def test_the_small_form_of_the_benchmark_of_probabilities_runs(tmp_path: Path) -> None:
-    call = [
-        sys.executable,
-        str(STUDIES / "benchmarks" / "probabilities" / "run.py"),
-        "--quick",
-        "--output",
-        str(tmp_path),
-    ]
+    call = [sys.executable, str(STUDIES / "benchmarks/probabilities/run.py"), "--quick", "--output", str(tmp_path)]
     done = subprocess.run(call, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     rows = pd.read_csv(tmp_path / "data.csv")

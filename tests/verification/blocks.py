@@ -75,9 +75,7 @@ def stack(unit: Unit, count: int, joint: Joint | None = None, material: BlockMat
     return assembly
 
 
-def on_plate(
-    unit: Unit, joint: Joint, gravity: tuple[float, float] = (0.0, -G), plates: int = 1
-) -> tuple[Assembly, int]:
+def on_plate(unit: Unit, joint: Joint, gravity: tuple[float, float] = (0.0, -G), plates=1) -> tuple[Assembly, int]:
     """Return an assembly with one unit, its middle over x = 0, on a fixed plate, and the unit's number."""
     assembly = Assembly(thickness=unit.t, gravity=gravity, joint=joint, block=unit.material)
     top = assembly.add_block(unit.at(-unit.b / 2, 0.0))

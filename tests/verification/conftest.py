@@ -15,8 +15,7 @@ MANUAL = pytest.StashKey[Manual]()
 HERE = Path(__file__).parent
 
 SOLVERS = {
-    method: Solver(method=method, lump_block_elasticity=False, tolerance=1e-6)
-    for method in ("explicit", "quasi_static")
+    name: Solver(method=name, lump_block_elasticity=False, tolerance=1e-6) for name in ("explicit", "quasi_static")
 }
 """Rigid blocks on joints that alone are elastic."""
 

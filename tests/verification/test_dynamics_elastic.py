@@ -276,9 +276,7 @@ def test_bricks_in_flight_keep_energy_and_momentum(verify: Verify, dry: bool) ->
     assert max(float(np.abs(i.strain).max()) for i in path if i.strain is not None) > 1e-6
     case = "two bricks strike" if dry else "two bonded bricks spin"
     computed = momentum(course)
-    verify(
-        AUDIT, case, "dynamic", "momentum, angular momentum", computed, before, 1e-9, scale=float(np.abs(before).max())
-    )
+    verify(AUDIT, case, "dynamic", "momentum, angular momentum", computed, before, 1e-9, scale=np.abs(before).max())
     computed = max(abs(e.energy_error) for e in energy)
     verify(AUDIT, case, "dynamic", "energy error over the energy", computed, 0.0, 1e-3, scale=energy[0].kinetic_energy)
 

@@ -227,9 +227,7 @@ def widening(x: np.ndarray, factor: float) -> np.ndarray:
     return -3e-4 * factor * np.exp(-(((x - 0.1) / (0.2 + 0.3 * factor)) ** 2))
 
 
-def dry_wall(
-    joint: Joint, rise: Callable[[np.ndarray, float], np.ndarray], proportional: bool, steps: float = 1e-9
-) -> Case:
+def dry_wall(joint: Joint, rise: Callable[[np.ndarray, float], np.ndarray], proportional: bool, steps=1e-9) -> Case:
     wall = brickwork(joint)
     on_ground(wall, rise, proportional)
     wall.load(wall.n_blocks - 1, x=30.0, y=-900.0, moment=7.0)
@@ -379,8 +377,7 @@ def test_accounts_are_those_of_forces_and_ways(name: str) -> None:
         begun = 0.0 if exact else found[key][0] - expected[key][0]
         np.testing.assert_allclose(found[key] - begun, expected[key], rtol=0.0, atol=within, err_msg=key)
     plastic, released, error = (
-        np.array([getattr(step.energy, key) for step in path])
-        for key in ("plastic_work", "released_energy", "energy_error")
+        np.array([getattr(s.energy, key) for s in path]) for key in ("plastic_work", "released_energy", "energy_error")
     )
     assert (plastic[-1] > 0.1 * largest["external_work"]) == (name == "zones that yield")
     went = sum(found[key] for key in ACCOUNTS[1:]) + plastic + released

@@ -57,9 +57,7 @@ def test_sliding_follows_the_curve(verify: Verify, solver: Solver, times: float)
 
     slips = way > JOINT.cohesion / K_S
     exact = K_S * way
-    exact[slips] = [
-        strength(brentq(lambda t, u=u: K_S * (u - t) - strength(t), 0.0, u, xtol=1e-15)) for u in way[slips]
-    ]
+    exact[slips] = [strength(brentq(lambda t, u=u: K_S * (u - t) - strength(t), 0, u, xtol=1e-15)) for u in way[slips]]
     case = f"slid, G_II {times:g} times the elastic energy"
     verify(CURVE, case, solver.method, "shear stress (Pa)", force / AREA, exact, 1e-5, scale=JOINT.cohesion)
 

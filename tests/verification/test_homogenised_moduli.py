@@ -209,9 +209,7 @@ def test_moduli_of_elastic_bricks(module: tuple[float, float], stiffness: tuple[
 )
 @pytest.mark.parametrize("module", FORMATS)
 @pytest.mark.parametrize("stiffness", RATIOS)
-def test_moduli_with_weak_head_joints_and_soft_bricks(
-    module, stiffness, head, brick, along, shear, rigid_along
-) -> None:
+def test_moduli_with_weak_head_joints_and_soft_bricks(module, stiffness, head, brick, along, shear, rigid_along):
     """Weak head joints increase the errors of elastic bricks, soft bricks those of rigid ones."""
     (b, h), thickness = module, 0.11
     exact = exact_moduli(b, h, stiffness, "running", head, brick)

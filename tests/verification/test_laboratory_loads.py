@@ -63,9 +63,7 @@ def test_supports_carry_the_load_and_the_weight() -> None:
 def test_three_controls_follow_one_path() -> None:
     """A point of the path under one control is a point of it under another."""
     by_gauge = solve(BEAM)
-    force, moved, gauge = (
-        float(by_gauge[name].values[-1]) for name in ("load_force", "load_displacement", "gauge_opening")
-    )
+    force, moved, gauge = (float(by_gauge[k][-1]) for k in ("load_force", "load_displacement", "gauge_opening"))
     assert gauge == pytest.approx(40e-6, rel=1e-6)
     points = {"gauge": BEAM.loading.gauge}
     for same in (

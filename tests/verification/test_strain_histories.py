@@ -17,9 +17,7 @@ PHI, TAU = 1.5, 2.0
 GROWTH = 0.5e-3
 
 
-def stage(
-    deflection: float = 0.0, strain: float | None = None, time: float | None = None, increments: int = 2
-) -> Stage:
+def stage(deflection: float = 0, strain: float | None = None, time: float | None = None, increments: int = 2) -> Stage:
     return Stage(central_deflection=deflection, strain=strain, time=time, increments=increments)
 
 
@@ -112,12 +110,7 @@ def test_a_strain_of_nothing_leaves_a_history_as_it_is(footing: str) -> None:
     none = replace(there_and_back[0], strain=1e-15), *there_and_back[1:]
     one = solve(on_footing(footing, *there_and_back, symmetric_half=False, condense=False))
     other = solve(on_footing(footing, *none))
-    for name in (
-        "block_displacement_y",
-        "dpc_opening_max",
-        "progress",
-        "central_deflection",
-    ):  # not the drift on the dpc
+    for name in ("block_displacement_y", "dpc_opening_max", "progress", "central_deflection"):  # no drift
         np.testing.assert_allclose(other[name], one[name], rtol=0, atol=2e-6)
 
 
@@ -290,10 +283,7 @@ TIMED = {"seasons": {"years": 1, "swing": 0.002}}
 @pytest.mark.parametrize(
     ("tables", "said"),
     [
-        (
-            {"strain": {"growth": 1e-4}, "movement": {"stage": [{"central_deflection": 8e-3}]}},
-            "each stage needs a time",
-        ),
+        ({"strain": {"growth": 1e-4}, "movement": {"stage": [{"central_deflection": 8e-3}]}}, "stage needs a time"),
         ({"strain": {"temperature_swing": 20}}, "temperature_swing: needs a history"),
         ({"strain": {"growth": 1e-4}, "dynamics": {}}, "a run in time has none"),
         ({"creep": {"relaxation_time": 1}}, "creep.relaxation_time: needs a history"),

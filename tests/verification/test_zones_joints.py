@@ -80,9 +80,7 @@ def test_a_joint_opens_under_a_deformable_block(verify: Verify, solver: Solver, 
     assembly = Assembly(thickness=thickness, gravity=(0.0, 0.0), joint=joint, block=material)
     block = assembly.add_block(rectangle(0.0, 0.0, b, height), zone_size=b / pieces)
     assembly.rest_on_ground([block])
-    assembly.traction(
-        block, lambda x, y: y > height - 1e-9, y=lambda x, y: -stress * (1 + 12 * share * (x - b / 2) / b)
-    )
+    assembly.traction(block, lambda x, y: y > height - 1e-9, y=lambda x, y: -stress * (1 + 12 * share * (x / b - 0.5)))
     _, path = solved(assembly, solver, tolerance=1e-4 * stress * b * thickness)
     force, pressed = stress * b * thickness, 3 * b * (0.5 - share)
     theta = 2 * force / (k_n * thickness * pressed**2)
