@@ -251,10 +251,7 @@ def test_the_likelihood_is_integrated_over_the_fitted_discrepancy(causes: list[P
 
 @pytest.mark.parametrize(("points", "least", "most"), [(1, 0.75, 0.85), (7, 0.87, 0.93)])
 def test_intervals_hold_where_the_discrepancy_is_integrated(points: int, least: float, most: float) -> None:
-    """Of surveys of four cracks, whose discrepancy is drawn from the fit; with certain medians intervals hold less.
-
-    The widths grow in proportion to the movement, and the prior of the movement is uniform.
-    """
+    """Of surveys of four cracks, whose discrepancy is drawn from the fit; with certain medians intervals hold less."""
     random, nodes = np.random.default_rng(3), Discrepancy().nodes(points)
     movement = np.linspace(0.0, 10e-3, 201)
     held = []

@@ -42,10 +42,7 @@ def test_bending_takes_over_where_the_closed_form_says(kind: str, crossover: flo
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("slenderness", [0.7, 2.5, 8.0])
 def test_a_timoshenko_beam_by_quadrature(kind: str, slenderness: float):
-    """Deflection by integration of curvature and of the shear strain at the neutral axis, strains at edge and axis.
-
-    With the energy of the parabolic shear stress instead, the strains come out larger, by a quarter at most.
-    """
+    """Deflection by integration of curvature and of the shear strain at the neutral axis, strains at edge and axis."""
     modulus, shear, height = 9e9, 3.7e9, 2.4
     length, load = slenderness * height, 1e5
     low, high = (-height / 2, height / 2) if kind == "dishing" else (-height, height)  # the half of twice the height

@@ -49,10 +49,7 @@ def test_step_that_leads_where_there_is_no_residual_is_halved(limit: float) -> N
 
 
 class SlidingPart:
-    """One degree of freedom: a constant force of 1 N, and a stop of stiffness 1 N/m at a distance.
-
-    Without the stop the tangent is the regularisation alone.
-    """
+    """One degree of freedom: a constant force of 1 N, and a stop of stiffness 1 N/m at a distance."""
 
     tolerance, line_search_iterations, regularisation, stiffness, deflection = 1e-9, 40, 0.1, None, np.nan
 

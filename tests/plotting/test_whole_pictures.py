@@ -226,6 +226,11 @@ TESTED = {
     "load": [{}, {"side": "right", "share": 3, "at": 0.5, "width": 0.4}],
     "loading": {"force": "40 kN"},
 }
+LOADS = [
+    {"name": "floor", "line_load": 2e3, "y": 0.8},
+    {"name": "people", "kind": "live", "line_load": 1e3, "combination": 0.5, "end": 2.0},
+    {"force": 3e3, "at": 3.0},
+]
 FOOTED = {**TREE, "dpc": {"course": 2}, "loads": {"roof": "8 kN"}, "opening": [WINDOW], "control_joint": [{"x": 3.5}]}
 Draw = Callable[[Any], Figure | Axes | list[Axes]]
 PICTURES: dict[str, tuple[str, Draw]] = {
@@ -267,6 +272,7 @@ PICTURES: dict[str, tuple[str, Draw]] = {
     "scene_tree": ("", lambda _: plotting.draw_scene(scene(**FOOTED))),
     "scene_history": ("", lambda _: plotting.draw_scene(scene(movement={"stage": [SAG, HOG]}))),
     "scene_jacks": ("", lambda _: plotting.draw_scene(scene(**ON_JACKS))),
+    "scene_loads": ("", lambda _: plotting.draw_scene(scene(load=LOADS, **TREE))),
     "scene_test": ("", lambda _: plotting.draw_scene(scene(**TESTED))),
     "paths": ("study", lambda ds: plotting.draw(ds, "crack_width_max")),
     "paths_weighted": ("study", lambda ds: plotting.draw(weighted(ds), "crack_width_max")),

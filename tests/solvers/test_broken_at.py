@@ -54,8 +54,7 @@ def test_no_bond_breaks_beyond_the_collapse_that_ends_a_path(method):
 
 @pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 def test_bonds_broken_under_dead_load_stay_recorded_where_blocks_are_fixed_later(method: str):
-    """Between two fixed blocks the upper joint of a brick carries half its weight in tension, 700 Pa: above the
-    strength."""
+    """Between two fixed blocks a brick's upper joint carries half its weight in tension, 700 Pa, above its strength."""
     wall = Assembly(joint=Joint(tensile_strength=100.0, cohesion=1e6))
     low, brick, high = (wall.add_block(rectangle(0.0, y, 0.24, y + 0.075)) for y in (0.0, 0.075, 0.15))
     wall.support(low)

@@ -58,8 +58,7 @@ def test_a_joint_is_crushed_at_its_strength(solver: Solver) -> None:
 
 
 def test_a_crushed_corner_carries_an_eccentric_load(solver: Solver) -> None:
-    """Half of the joint's strength at an eccentricity of 0.23 of its length: moments balance, and no stress exceeds
-    f_c."""
+    """Half of the strength at an eccentricity of 0.23 of the length: moments balance, and no stress exceeds f_c."""
     wall, box = boxes(replace(CAPPED, tensile_strength=0.0, cohesion=0.0))
     preload = 0.5 * STRENGTH * B * T
     wall.load(box, y=-preload)

@@ -104,8 +104,7 @@ def within(calls: int, function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def test_the_bracket_ends_where_a_wall_stands_in_smaller_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Friction depends on the path: with smaller steps a wall may stand up to a load that collapsed it in a larger
-    step."""
+    """Friction depends on the path: with smaller steps a wall may stand up to a load that collapsed it before."""
     path = Continuation(pushed(2, 2, 0.1), Solver())
     path.advance(1.0, 0.0)
     snap_through, find, fell = path.snap_through, within(200, Equilibrium.find), []

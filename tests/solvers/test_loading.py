@@ -87,8 +87,7 @@ def test_a_live_load_is_mirrored_or_the_wall_is_solved_in_full() -> None:
 
 @pytest.mark.parametrize("dilation", [0.0, 0.2])
 def test_a_dilatant_box_at_fixed_height_compresses_itself(solver: Solver, dilation: float) -> None:
-    """Slip s dilates by s tan(psi), which the support prevents: s = (k_s u - C - p tan phi)/(k_s + k_n tan phi tan
-    psi)."""
+    """Held slip s dilates by s tan(psi): s = (k_s u - C - p tan phi)/(k_s + k_n tan phi tan psi)."""
     width, pressure = 0.6, 0.2e6
     joint = Joint(dilation=dilation)
     wall = Assembly(thickness=T, gravity=(0.0, 0.0), joint=joint)

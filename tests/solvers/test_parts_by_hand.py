@@ -367,8 +367,7 @@ def test_bending_the_other_way_dissipates_nothing(secant: float, other_face: flo
 
 
 def test_cracks_do_not_heal_and_recovered_energy_is_an_error() -> None:
-    """Under axial force the cracks of a face close as the moment changes sign: the secant stiffness grows under
-    load."""
+    """Under axial force the cracks of a face close as the moment changes sign: the secant stiffness grows."""
     taken = [dissipated(bent(1e-3, 5e6), bent(2e-3, 4e6)), dissipated(bent(2e-3, 4e6), bent(3e-3, 4.5e6))]
     assert taken[1] < 0.0
     balance = EnergyBalance(np.zeros(0))

@@ -70,11 +70,7 @@ def bricks_under_doming(strength: float) -> Scene:
 
 @pytest.mark.parametrize("strength", [0.0, 10.0])
 def test_walls_of_weak_bonds_relax_by_whole_steps(strength: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """240 bricks: weak bonds break while the wall relaxes, and steps towards the next increment are not halved without
-    end.
-
-    Cracks depend on the path, so both solvers agree within 15 % alone.
-    """
+    """240 bricks: weak bonds break while the wall relaxes. Cracks depend on the path: solvers agree within 15 %."""
     snap_through, relaxed = path.Continuation.snap_through, []
 
     def counted(

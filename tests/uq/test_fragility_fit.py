@@ -151,10 +151,7 @@ def coverage(situation: str, repetitions: int, walls: int, bootstrap: int) -> di
 @pytest.mark.slow
 @pytest.mark.parametrize("situation", SITUATIONS)
 def test_the_coverage_of_the_band_of_90_percent_is_85_to_95_percent(situation: str) -> None:
-    """200 repetitions of 400 walls: 0.9 +- 0.021, so that one in fifty falls outside 0.85 to 0.95 by chance.
-
-    A median beyond the movement has a lower bound alone, which always holds.
-    """
+    """200 repetitions of 400 walls: 0.9 +- 0.021, so that one in fifty falls outside 0.85 to 0.95 by chance."""
     held = coverage(situation, 200, 400, 250)
     if SITUATIONS[situation][0] < TRUTH:
         assert held.pop("median") == 1.0

@@ -104,10 +104,7 @@ def test_the_rule_for_the_contacts(verify: Verify, solver: Solver, rule: str, co
     ("unit", "degrees", "cohesion"), [(BRICK, 0.5, 0.0), (BRICK, 20.0, 1e4), (UNITS[1], 15.0, 1e4), (STONE, 10.0, 1e5)]
 )
 def test_a_block_sticks_on_an_incline(verify: Verify, solver: Solver, unit: Unit, degrees: float, cohesion: float):
-    """Without a bond the explicit solver's block slips by a thousandth of its displacement while its weight comes on.
-
-    Not so where the incline is nearly flat.
-    """
+    """Without a bond the explicit solver's block slips by a thousandth of its way while its weight comes on."""
     angle = np.radians(degrees)
     assembly, block = on_plate(
         unit,
