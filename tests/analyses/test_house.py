@@ -18,13 +18,8 @@ from damagepred.campaign.settings import StudySettings, read_frozen, with_value
 from damagepred.plotting import draw_back_analysis
 from damagepred.results.house import unfolded_places, wall_dataset
 from damagepred.scene.scene import archived_scene
-from damagepred.uq.observations import (
-    CrackObservation,
-    LevelObservation,
-    Observations,
-    SlopeObservation,
-    WindowObservation,
-)
+from damagepred.uq import observations
+from damagepred.uq.observations import CrackObservation, LevelObservation, Observations, SlopeObservation
 from tests.campaign.test_house import HOUSE
 
 
@@ -52,7 +47,7 @@ def test_a_crack_of_a_wall_is_the_crack_of_that_wall(folder):
     assert np.array_equal(whole, open_study(folder)["crack_width_max"].values)
     slope = predicted(folder, "slope", SlopeObservation(wall="side", value=0.01))
     assert np.array_equal(slope, open_study(folder)["wall_slope_max"].values[..., 1])
-    window = predicted(folder, "window", WindowObservation(wall="front", opening=1, width_change="1 mm"))
+    window = predicted(folder, "window", observations.WindowObservation(wall="front", opening=1, width_change="1 mm"))
     assert np.array_equal(window, open_study(folder)["opening_width_change"].values[..., 0])
 
 

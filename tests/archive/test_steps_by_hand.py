@@ -10,20 +10,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred.archive import provenance
+from damagepred.archive import provenance, schema
 from damagepred.archive.digest import NO_STUDY, read_signed_json, sign, signature, signed, signed_json, verified
 from damagepred.archive.parts import _storable
 from damagepred.archive.provenance import differences, from_table, given_values, mixture, program, programs
-from damagepred.archive.schema import (
-    SCHEMA_VERSION,
-    category_label,
-    check_attributes,
-    check_values,
-    dataset,
-    flag_name,
-    is_dynamic,
-    with_shared_movement,
-)
+from damagepred.archive.schema import SCHEMA_VERSION, check_attributes, check_values, flag_name, with_shared_movement
 from damagepred.archive.versions import brought_up_to_date, from_0, from_1
 from damagepred.errors import DamagedError, InputError, NewerError
 
@@ -75,13 +66,17 @@ def test_flags_and_movement_of_version_5() -> None:
 
 def test_names_of_flags_and_kinds_of_archives() -> None:
     ds = xr.Dataset({"damage_category": ("sample", [0], {"flag_meanings": "fine not_fine"})})
-    assert [category_label(ds, k) for k in (-1, 0, 1, 2)] == ["not known", "0 fine", "1 not fine", "2 not known"]
+    assert [schema.category_label(ds, k) for k in (-1, 0, 1, 2)] == ["not known", "0 fine", "1 not fine", "2 not known"]
     assert (flag_name(xr.Dataset(), 2, "status"), flag_name(xr.Dataset(), 4, "status")) == ("failed", "not known")
     assert flag_name(xr.Dataset(), 0, "unheard") == "not known"
-    made = dataset({"sample": [3, 4], "central_deflection": [0.0, 1e-3], "damage_category": [0, 1]}, {})
+    made = schema.dataset({"sample": [3, 4], "central_deflection": [0.0, 1e-3], "damage_category": [0, 1]}, {})
     assert set(made.coords) == {"sample", "central_deflection"}  # movements belong to the other variables
     time = xr.Dataset({"time": ("increment", [0.0])})
-    assert [is_dynamic(x) for x in (time, time.assign(stage=("increment", [0])), xr.Dataset())] == [True, False, False]
+    assert [schema.is_dynamic(x) for x in (time, time.assign(stage=("increment", [0])), xr.Dataset())] == [
+        True,
+        False,
+        False,
+    ]
     for values in ([1, 2**31 - 1], [0, 2**31], [-(2**31)]):
         stored = _storable(np.array(values))
         assert stored.tolist() == values

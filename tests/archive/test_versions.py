@@ -13,16 +13,9 @@ import pint
 import pytest
 import xarray as xr
 
+from damagepred.archive import schema
 from damagepred.archive.folder import StudyFolder, open_study
-from damagepred.archive.schema import (
-    CATEGORIES,
-    FLAG_FILL,
-    SCHEMA_VERSION,
-    VARIABLES,
-    Variable,
-    dataset,
-    name_categories,
-)
+from damagepred.archive.schema import CATEGORIES, FLAG_FILL, SCHEMA_VERSION, VARIABLES, Variable, dataset
 from damagepred.archive.versions import MIGRATIONS, brought_up_to_date
 from damagepred.campaign.campaign import Campaign
 from damagepred.campaign.replay import replay
@@ -245,7 +238,7 @@ def test_unregistered_names_are_refused_unless_described():
 def test_categories_bear_the_names_of_their_table(table: str):
     ds = dataset({"increment": [0], "damage_category": np.zeros(1, np.int8)}, {})
     content = load_table(table)
-    name_categories(ds, content.category_names, content.source)
+    schema.name_categories(ds, content.category_names, content.source)
     attrs = ds["damage_category"].attrs
     assert len(attrs["flag_meanings"].split()) == len(content.category_names) == len(attrs["flag_values"])
     assert attrs["comment"] == content.source

@@ -5,23 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from damagepred.damage import HAIRLINE
+from damagepred.damage import HAIRLINE, tracing
 from damagepred.damage.cracks import Cracks, find_cracks
-from damagepred.damage.tracing import (
-    DIAGONAL,
-    DPC_OPENING,
-    DPC_SLIP,
-    HORIZONTAL,
-    NO_LINKS,
-    STEPPED,
-    VERTICAL,
-    WALL,
-    Growth,
-    Links,
-    Numbered,
-    Pieces,
-    links_of,
-)
+from damagepred.damage.tracing import DIAGONAL, DPC_SLIP, HORIZONTAL, STEPPED, VERTICAL, WALL, Links, Pieces, links_of
 from damagepred.enumerations import ContactKind
 from tests.damage.pattern import COURSE, HALF, Pattern
 
@@ -29,11 +15,11 @@ MM = 1e-3
 STEPS = [("head", 4, 2), ("bed", 4, 3), ("head", 5, 3), ("bed", 5, 4), ("head", 6, 4), ("bed", 6, 5), ("head", 7, 5)]
 
 
-def cracks(wall: Pattern, links: Links = NO_LINKS) -> list[Numbered]:
-    return Growth(wall.map).step(0, wall.opening, wall.slip, wall.cracked, links)
+def cracks(wall: Pattern, links: Links = tracing.NO_LINKS) -> list[tracing.Numbered]:
+    return tracing.Growth(wall.map).step(0, wall.opening, wall.slip, wall.cracked, links)
 
 
-def only(wall: Pattern) -> Numbered:
+def only(wall: Pattern) -> tracing.Numbered:
     found = cracks(wall)
     assert len(found) == 1
     return found[0]
@@ -126,15 +112,15 @@ def test_a_piece_of_the_dpc_is_open_or_slid_not_both(opening: float, slip: float
     wall = Pattern(dpc=2)
     wall.open("bed", 10, 2, opening)
     wall.slide("bed", 10, 2, slip)
-    expected = [DPC_OPENING] if opening > HAIRLINE else [DPC_SLIP] if slip > HAIRLINE else []
+    expected = [tracing.DPC_OPENING] if opening > HAIRLINE else [DPC_SLIP] if slip > HAIRLINE else []
     assert [f.part for f in cracks(wall)] == expected
 
 
 def test_a_crack_keeps_its_number_as_it_grows_and_the_older_one_wins():
     wall = Pattern()
-    growth = Growth(wall.map)
+    growth = tracing.Growth(wall.map)
 
-    def step(number: int) -> list[Numbered]:
+    def step(number: int) -> list[tracing.Numbered]:
         return growth.step(number, wall.opening, wall.slip, wall.cracked)
 
     wall.open("bed", 10, 4, 0.2 * MM)

@@ -12,18 +12,9 @@ import damagepred
 from damagepred.damage import load_table
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
-from damagepred.plotting import draw, draw_cracks, draw_scene, draw_wall
+from damagepred.plotting import draw, draw_cracks, draw_scene, draw_wall, geometry
 from damagepred.plotting.colours import MM, shade_bands
-from damagepred.plotting.geometry import (
-    Deformed,
-    Faces,
-    Motion,
-    footing_blocks,
-    footing_rise,
-    ground_profile,
-    open_stretches,
-    round_exaggeration,
-)
+from damagepred.plotting.geometry import Deformed, footing_rise, ground_profile, open_stretches, round_exaggeration
 from damagepred.plotting.pictures import save_scene_picture
 from damagepred.plotting.sheet import height_to_scale, moved_to
 from damagepred.plotting.stress import bending_stress, block_stress, stress_levels
@@ -31,14 +22,14 @@ from damagepred.scene import Mound, Movement, Scene
 
 
 def test_gaps_are_as_wide_as_the_stored_openings(cracked):
-    faces = Faces.of(cracked, -1)
+    faces = geometry.Faces.of(cracked, -1)
     joints = faces.joints
     a, b = joints.blocks.T
     inner = (a >= 0) & (b >= 0)
     assert (inner == (joints.kind != 3)).all()
     along = (joints.end - joints.start) / joints.length[:, None]
     normal = np.column_stack((-along[:, 1], along[:, 0]))
-    motion = Motion.of(cracked, -1)
+    motion = geometry.Motion.of(cracked, -1)
     widest = np.full(len(a), -np.inf)
     for end in (joints.start, joints.end):
         jump = motion.at(b, end) - motion.at(a, end)
@@ -101,7 +92,7 @@ def test_the_ground_of_a_mound_is_its_formula_below_the_footing(on_mound):
 
 
 def test_the_footing_goes_where_the_archive_says(on_jacks):
-    x, rise = footing_rise(on_jacks, -1, footing_blocks(on_jacks))
+    x, rise = footing_rise(on_jacks, -1, geometry.footing_blocks(on_jacks))
     assert (np.diff(x) > 0).all()
     middle, ends = np.interp(0.6, x, rise), (rise[0] + rise[-1]) / 2
     assert ends - middle == pytest.approx(float(on_jacks.central_deflection[-1]), rel=1e-9)

@@ -7,21 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from damagepred import Footing, Joint, ReinforcedConcrete, Rig, Scene, Soil
 from damagepred.campaign.template import template
 from damagepred.errors import InputError
 from damagepred.guide import page
-from damagepred.scene import (
-    Footing,
-    Joint,
-    ReinforcedConcrete,
-    Rig,
-    Scene,
-    Soil,
-    site_class,
-    standard_footing,
-    standard_footings,
-    suction_depth,
-)
+from damagepred.scene import site_class, standard_footing, standard_footings, suction_depth
 from damagepred.scene.described import build
 
 RIG = {"supports": [0.5, "5.5 m"], "jacks": [2.0, 4.0], "support": "lift_off", "control": "load", "jack_load": "8 kN"}

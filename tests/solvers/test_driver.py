@@ -19,18 +19,9 @@ from damagepred.results.rejudge import footing_gap_note
 from damagepred.scene import Damage, Dpc, Footing, Joint, Movement, Scene, Solver, Wall
 from damagepred.solvers import solve_path
 from damagepred.solvers.driver import Bracket, Outcome, _locate_zero_support_load, _Start, follow_movement
+from damagepred.solvers.quasi_static import step_control
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
-from damagepred.solvers.quasi_static.step_control import (
-    COLLAPSE_BRACKET,
-    DISTANT_STEP_GROWTH,
-    EVENT_STEP_GROWTH,
-    MAX_EVENT_CUTS,
-    MAX_HALVINGS,
-    MAXIMUM_EVENT_SHARE,
-    MINIMUM_EVENT_SHARE,
-    MINIMUM_EVENT_STEP,
-    StepControl,
-)
+from damagepred.solvers.quasi_static.step_control import COLLAPSE_BRACKET, MAX_EVENT_CUTS, MAX_HALVINGS, StepControl
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.wall_state import State
 from tests.solvers.walls import stack
@@ -93,7 +84,7 @@ def test_an_increment_starts_with_its_goal_and_limits_in_proportion() -> None:
     control, state = started()
     assert control.target(state) == GOAL
     assert control.minimum_step == 0.2 / 2**MAX_HALVINGS
-    assert control.minimum_event_step == 0.2 * MINIMUM_EVENT_STEP
+    assert control.minimum_event_step == 0.2 * step_control.MINIMUM_EVENT_STEP
     assert control.collapse_bracket >= control.minimum_step
     assert started(locates_collapse=True)[0].collapse_bracket == COLLAPSE_BRACKET
 
@@ -121,14 +112,14 @@ def test_a_rejected_target_is_approached_by_midpoints_and_tried_again() -> None:
     control.accept_distant((1.0, 0.07))  # another target
     assert control.rejected_target == (1.0, 0.1)
     control.accept_distant((1.0, 0.1))
-    assert (control.rejected_target, control.minimum_step) == (None, step * DISTANT_STEP_GROWTH)
+    assert (control.rejected_target, control.minimum_step) == (None, step * step_control.DISTANT_STEP_GROWTH)
 
 
 def test_an_event_is_bracketed_interpolated_and_passed() -> None:
     control, state = started()
     control.bracket_event(state, (1.0, 0.1), 0.3)
     assert load_factor(control.target(state)) == pytest.approx(0.03)
-    for share, kept in ((-1.0, MINIMUM_EVENT_SHARE), (2.0, MAXIMUM_EVENT_SHARE)):
+    for share, kept in ((-1.0, step_control.MINIMUM_EVENT_SHARE), (2.0, step_control.MAXIMUM_EVENT_SHARE)):
         control.bracket_event(state, (1.0, 0.1), share)
         assert load_factor(control.target(state)) == pytest.approx(0.1 * kept)
     assert control.event_cuts == MAX_EVENT_CUTS - 1
@@ -147,7 +138,7 @@ def test_an_overload_that_is_gone_in_smaller_steps_makes_steps_to_events_longer(
     control.accept_step((1.0, 0.03))
     assert control.overloaded_point == (1.0, 0.1)
     control.accept_step((1.0, 0.1))
-    assert (control.overloaded_point, control.minimum_event_step) == (None, step * EVENT_STEP_GROWTH)
+    assert (control.overloaded_point, control.minimum_event_step) == (None, step * step_control.EVENT_STEP_GROWTH)
 
 
 def test_the_energy_balance_shortens_steps() -> None:

@@ -6,26 +6,13 @@ import numpy as np
 import pytest
 
 import damagepred
+from damagepred import Dpc, Dynamics, Footing, Joint, Loads, Mound
 from damagepred.assembly import Model, wall_model
 from damagepred.assembly.section import SectionMemory
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.one_wall.judged_path import dynamic_run
-from damagepred.scene import (
-    Dpc,
-    Dynamics,
-    Footing,
-    Joint,
-    Loads,
-    Mound,
-    Movement,
-    Opening,
-    Rig,
-    Scene,
-    Soil,
-    Solver,
-    Wall,
-)
+from damagepred.scene import Movement, Opening, Rig, Scene, Soil, Solver, Wall
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.scheme import DampedTimeStepping

@@ -12,14 +12,8 @@ from scipy.stats import kstest
 from damagepred.analyses.stored_walls import require_on
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Movement, Opening, Scene, Wall
-from damagepred.uq.capacity import (
-    Capacities,
-    category_number,
-    highest_category,
-    interpolated_capacity,
-    require_categories,
-    without_damaged_at_start,
-)
+from damagepred.uq import capacity
+from damagepred.uq.capacity import Capacities, category_number, highest_category, require_categories
 from damagepred.uq.design import Sampler
 from damagepred.uq.discrepancy import Discrepancy
 from damagepred.uq.estimate import Estimate, probability, wilson
@@ -86,7 +80,7 @@ def test_intervals_of_hand_made_paths() -> None:
         assert found.failed.tolist() == [False, True, False, False, True]
         assert found.end.tolist() == [4, 3, 3, 5, 5]  # nothing known of the last: as far as any
     known = Capacities(np.array([0.0, 0.0]), np.array([0.0, 2.0]), np.array([True, True]), np.ones(2))
-    other = without_damaged_at_start(known)
+    other = capacity.without_damaged_at_start(known)
     assert (other.upper.tolist(), other.failed.tolist()) == ([np.inf, 2.0], [False, True])
     undamaged, damaged = failure_bounds(np.ones(2), np.full(2, 9.0), np.array([True, False]), 5.0, np.full(2, 3.0))
     assert [x.tolist() for x in (*undamaged, *damaged)] == [[5, 1], [9, 9], [1, 1], [3, 9]]
@@ -97,7 +91,7 @@ def test_intervals_of_hand_made_paths() -> None:
     [((1.0, 5.0), 2.0, 2.5), ((1.0, 5.0), 5.0, 4.0), ((2.0, 5.0), 2.0, 4.0), ((1.0, 1.5), 2.0, 4.0)],
 )
 def test_a_width_passes_its_limit_between_two_increments(widths: tuple, limit: float, expected: float) -> None:
-    assert interpolated_capacity((2.0, 4.0), widths, limit) == expected
+    assert capacity.interpolated_capacity((2.0, 4.0), widths, limit) == expected
 
 
 def test_weights_of_the_walls_that_reached_a_category_add_up_to_their_number() -> None:

@@ -8,18 +8,8 @@ import pytest
 from damagepred.assembly import footing_alone, wall_model
 from damagepred.enumerations import ContactKind
 from damagepred.scene import BlockMaterial, Joint, Movement, Rig, Solver, Wall
-from tests.verification.footings import (
-    GRAVITY,
-    PAPER,
-    SLENDER,
-    STOCKY,
-    STRIPS,
-    Strip,
-    level,
-    moments,
-    path_of,
-    reactions,
-)
+from tests.verification import footings
+from tests.verification.footings import GRAVITY, PAPER, SLENDER, STOCKY, STRIPS, Strip, level, moments, path_of
 from tests.verification.manual import Verify, chapter
 
 pytestmark = pytest.mark.quick_cases("solver")
@@ -187,7 +177,7 @@ def test_the_ends_cantilever(verify: Verify, solver: Solver, strip: Strip, load:
     case = f"{support}, {load:g} N/m: {strip}"
     verify(ENDS, case, solver.method, "P (N)", last.footing.jack_load, weight / 3, 1e-5)
     verify(ENDS, case, solver.method, "δ (m)", last.footing.deflection, exact, 2e-3)
-    _, carried = reactions(model, last, ContactKind.SUPPORT)
+    _, carried = footings.reactions(model, last, ContactKind.SUPPORT)
     verify(ENDS, case, solver.method, "all of the supports' load (N)", carried.sum(), 0.0, 1e-5, scale=weight)
     x, bent = moments(model, last)
     computed = np.interp(0.24 * length, x, bent)

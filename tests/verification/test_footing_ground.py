@@ -8,20 +8,9 @@ import pytest
 from damagepred.assembly import wall_model
 from damagepred.enumerations import ContactKind
 from damagepred.scene import BlockMaterial, Dpc, Loads, Mound, Movement, Soil, Solver, Wall
+from tests.verification import footings
 from tests.verification.beam_on_ground import on_springs, timoshenko_on_bed
-from tests.verification.footings import (
-    GRAVITY,
-    PAPER,
-    SLENDER,
-    STOCKY,
-    STRIPS,
-    Strip,
-    level,
-    moments,
-    path_of,
-    reactions,
-    with_force,
-)
+from tests.verification.footings import PAPER, SLENDER, STOCKY, STRIPS, Strip, level, moments, path_of, reactions
 from tests.verification.manual import Verify, chapter
 
 pytestmark = pytest.mark.quick_cases("solver")
@@ -106,7 +95,7 @@ def test_a_wall_settles_with_its_footing(verify: Verify, solver: Solver, stiffne
     model = wall_model(scene)
     # cycling, bricks slide on the dpc while their weight comes on, and friction keeps that: slowly, so that few do
     first, last = path_of(model, solver, ramp_cycles=10_000)
-    weight = strip.line_weight * 2.4 + GRAVITY * 1800 * 0.11 * 2.4 * 0.6 + roof
+    weight = strip.line_weight * 2.4 + footings.GRAVITY * 1800 * 0.11 * 2.4 * 0.6 + roof
     settled = -weight / (stiffness * strip.width * 2.4)
     case = f"wall of 8 courses, k {stiffness / 1e6:g} N/mm²/m: {strip}"
     segments, allowed = model.footing, 2e-3 if solver.method == "explicit" else 1e-6
@@ -119,7 +108,7 @@ def test_a_wall_settles_with_its_footing(verify: Verify, solver: Solver, stiffne
 def settled_by(strip: Strip, solver: Solver, stiffness: float, at: float, force: float, pieces: int) -> np.ndarray:
     """Return how far both ends and the middle go down under a force, without what weight does (m)."""
     weight = 2 * force / strip.length + 4 * force * (stiffness * strip.width / strip.bending / 4) ** 0.25
-    model = with_force(strip.on_soil(stiffness, pieces, load=weight), at, force)
+    model = footings.with_force(strip.on_soil(stiffness, pieces, load=weight), at, force)
     last = path_of(model, solver)[0]
     assert (last.normal_stress[model.interfaces.kind == ContactKind.SOIL] < 0).all()
     x = np.array([0.0, 0.5, 1.0]) * strip.length

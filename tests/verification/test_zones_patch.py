@@ -7,18 +7,9 @@ from damagepred import Assembly, Joint
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly.mesh import cut_into_zones
 from damagepred.assembly.points import Where
+from tests.verification import zoned_blocks
 from tests.verification.manual import chapter
-from tests.verification.zoned_blocks import (
-    BRICKWORK,
-    CONCRETE,
-    NAMES,
-    RUBBER,
-    gradient_of,
-    out_of_plane,
-    solved,
-    stress_of,
-    zones_of,
-)
+from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, gradient_of, solved, stress_of, zones_of
 
 pytestmark = pytest.mark.quick_cases("solver")
 
@@ -177,7 +168,7 @@ def test_constant_stress_across_joints(verify, solver, lines, material, stress, 
     model, path = solved(assembly, solver, plane, maximum_cycles=1_000_000, tolerance=1e-11 * force)
     mesh = model.mesh
     zones = zones_of(path[-1])
-    exact = np.array([s_x, s_y, s_xy, out_of_plane(material, plane, s_x + s_y)])
+    exact = np.array([s_x, s_y, s_xy, zoned_blocks.out_of_plane(material, plane, s_x + s_y)])
     name = "straight" if lines is STRAIGHT else "skewed"
     case = f"{len(polygons)} blocks, {name} joints, plane {plane}: {NAMES[material]}"
     expected = np.broadcast_to(exact, zones.stress.shape)
