@@ -153,7 +153,7 @@ def test_fields_of_the_walls_are_independent_also_by_distance(study_file):
         (
             'name = "side"',
             'name = "side"\nthickness = 0.23',
-            "walls have 0.11 m to 0.23 m; name one, .*wall.front.thickness",
+            "walls have 0.11 m to 0.23 m; name one, .*front.thickness",
         ),
         ("seed = 3", "seed = 3\nfields_from = { }", "as many walls as the scene"),
     ],
@@ -198,9 +198,7 @@ def test_a_study_of_houses_is_drawn_and_has_no_limits_of_one_footing(folder, tmp
 
 
 def test_damage_estimated_of_the_house_and_of_a_wall(folder):
-    house, front, side = (
-        alternatives(folder, 1, 0.04, wall=wall)[0].found.estimate for wall in (None, "front", "side")
-    )
+    house, front, side = (alternatives(folder, 1, 0.04, wall=w)[0].found.estimate for w in (None, "front", "side"))
     assert house.value >= max(front.value, side.value)
     assert front.samples == side.samples == house.samples == 3
     curves = fit_fragility(study_of(folder, "front"), categories=[1], bootstrap=0, goodness=0)

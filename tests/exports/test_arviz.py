@@ -106,7 +106,5 @@ def test_methods_on_datasets_take_categories_by_name(tmp_path: Path) -> None:
     assert both.identical(damagepred.compare({"a": study, "b": study}, categories=[2], at=[3e-3]))
     assert both.damagepred.sel("slight").identical(both.sel(category=2))
     draw_comparison(both, "slight")
-    with pytest.raises(
-        InputError, match=r"category = 'sligt': must be a number from 1, or one of .* you mean 'slight'"
-    ):
+    with pytest.raises(InputError, match=r"category = 'sligt': must be a number from 1, or one of .* mean 'slight'"):
         study.damagepred.category("sligt")

@@ -24,9 +24,7 @@ def test_pelicun_has_a_row_with_its_columns_and_the_parameters(ratios: xr.Datase
     frame = pd.read_csv(table, float_precision="round_trip")
     assert len(frame) == 1
     row = frame.iloc[0]
-    assert "; ".join(list(frame.columns[:6])) == (
-        "ID; Incomplete; Demand-Type; Demand-Unit; Demand-Offset; Demand-Directional"
-    )
+    assert "; ".join(frame.columns[:6]) == "ID; Incomplete; Demand-Type; Demand-Unit; Demand-Offset; Demand-Directional"
     # 1: with 0 pelicun multiplies the demand by 1.2
     assert (row["Incomplete"], row["Demand-Offset"], row["Demand-Directional"]) == (0, 0, 1)
     assert row["Demand-Unit"] == "unitless"

@@ -141,6 +141,4 @@ def test_defaults_of_seasons_are_named_with_their_units_and_those_given_are_not(
     assert default.swing < 1.0  # m
     given["movement"]["seasons"]["swing"] = "7 mm"
     assert not any("mean swing" in line for line in assumed_seasons(Scene.from_dict(given)))
-    assert not any(
-        "swing of" in line for line in assumed_seasons(Scene.from_dict(given), ["movement.seasons.swing_cov"])
-    )
+    assert not any("swing of" in one for one in assumed_seasons(Scene.from_dict(given), ["movement.seasons.swing_cov"]))

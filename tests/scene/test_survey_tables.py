@@ -52,10 +52,7 @@ def test_the_error_of_a_profile_is_sampled(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (
-            "x (m),level (mm),colour\n0,0,1\n4,1,2\n",
-            r"levels.csv, line 1, column 3: 'colour' is unknown; the columns may be x",
-        ),
+        ("x (m),level (mm),colour\n0,0,1\n4,1,2\n", r"line 1, column 3: 'colour' is unknown; the columns may be x"),
         ("# east\nx,position,level\n0,0,0\n", "line 2, column 2: 'position' and 'x' both mean x"),
         ("level (mm),point\n1,A\n", r"line 1: has no column x .*it has level \(mm\), point"),
         ("x (m),level (mm),settlement (mm)\n0,0,0\n4,1,1\n", "needs a column level, or a column settlement"),

@@ -34,9 +34,7 @@ def test_condensed_and_full_systems_are_the_same(name: str, dpc: bool, deflectio
     scene = coarse(name).with_values({"movement.central_deflection": deflection})
     model = wall_model(scene if dpc else replace(scene, dpc=None))
     solver = Solver(method="quasi_static")
-    pairs = zip(
-        quasi_static_path(model, solver, 3), quasi_static_path(model, replace(solver, condense=False), 3), strict=True
-    )
+    pairs = zip(*(quasi_static_path(model, replace(solver, condense=c), 3) for c in (True, False)), strict=True)
     for condensed, whole in pairs:
         assert condensed.residuals.unbalanced_force_ratio < 1e-6
         assert whole.residuals.unbalanced_force_ratio < 1e-6

@@ -53,9 +53,7 @@ def median_of(share: float, at: float) -> float:
     return at * float(np.exp(-SCATTER * special.ndtri(share)))
 
 
-def drawn(
-    normal: np.ndarray, ground: np.ndarray, median: float, increments: int = 10, replicates: int = 1
-) -> CategoryCapacities:
+def drawn(normal: np.ndarray, ground: np.ndarray, median: float, increments=10, replicates=1) -> CategoryCapacities:
     ends = GROUND * np.exp(SCATTER_OF_GROUND * ground)
     step = np.ceil(median * np.exp(SCATTER * normal) / ends * increments)
     reached, count = step <= increments, np.arange(len(ends))

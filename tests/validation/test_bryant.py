@@ -109,9 +109,7 @@ def test_the_window_closes_in_dishing_and_widens_in_doming(name: str, sign: int,
 @pytest.mark.thorough
 def test_solvers_agree_on_a_crack_band_of_several_joints(data_folder: Path) -> None:
     scene = Scene.from_toml(data_folder / "bryant_window_dishing.toml")
-    found = [
-        damagepred.solve(scene, solver=Solver(method=method, blocks="rigid")) for method in ("quasi_static", "explicit")
-    ]
+    found = [damagepred.solve(scene, solver=Solver(method=m, blocks="rigid")) for m in ("quasi_static", "explicit")]
     joint, band = ([1e3 * float(ds[f"crack_{name}max"][-1]) for ds in found] for name in ("width_", "band_width_"))
     assert abs(band[0] / band[1] - 1) < 0.01
     assert min(b / j for b, j in zip(band, joint)) > 2

@@ -14,9 +14,7 @@ from tests.verification.manual import Manual, Verify
 MANUAL = pytest.StashKey[Manual]()
 HERE = Path(__file__).parent
 
-SOLVERS = {
-    name: Solver(method=name, lump_block_elasticity=False, tolerance=1e-6) for name in ("explicit", "quasi_static")
-}
+SOLVERS = {m: Solver(method=m, lump_block_elasticity=False, tolerance=1e-6) for m in ("explicit", "quasi_static")}
 """Rigid blocks on joints that alone are elastic."""
 
 

@@ -60,9 +60,7 @@ def joints_between(blocks: Sequence[Polygon]) -> list[Joint]:
     return found
 
 
-def collapse_factor(
-    blocks: Sequence[Polygon], held: set[int], friction: float, dead: FloatArray, live: FloatArray
-) -> float:
+def collapse_factor(blocks: Sequence[Polygon], held: set, friction: float, dead: FloatArray, live: FloatArray) -> float:
     """Return the largest factor on the live load."""
     joints = joints_between(blocks)
     centroid = [area_and_centroid(np.array(block, dtype=float))[1] for block in blocks]
