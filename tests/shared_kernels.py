@@ -1,5 +1,6 @@
 """Kernels that one process of the tests has compiled are loaded by the others, which otherwise compile them again."""
 
+import os
 from collections.abc import Iterator
 
 from damagepred.kernels import jit, progress
@@ -31,8 +32,9 @@ def sharing(cache: ProcessCache | None = jit.CACHE) -> Iterator[None]:
         if number_compiled() != compiled:
             cache.publish()
             compiled = number_compiled()
-        folders = (folder for folder in cache._shared.iterdir() if folder.is_dir() and folder.name != "processes")
-        newest = max((folder.stat().st_mtime_ns for folder in folders), default=0)
+        with os.scandir(cache._shared) as entries:
+            rooms = [entry for entry in entries if entry.is_dir() and entry.name != "processes"]
+        newest = max((room.stat().st_mtime_ns for room in rooms), default=0)
         if newest != taken:
             take(cache)
             taken = newest

@@ -36,6 +36,7 @@ option = [{ name = "none" }, { name = "slip", cost = 10, scene.dpc = { course = 
 
 @pytest.fixture
 def choices(small_study_file: Path) -> Path:
+    small_study_file.write_text(small_study_file.read_text().replace("increments = 6", "increments = 2"))
     file = small_study_file.parent / "choices.toml"
     file.write_text(CHOICES)
     return file
