@@ -47,9 +47,7 @@ def test_another_table_judges_each_wall_and_the_house_is_its_worst(solved):
     assert again["damage_category"].attrs["flag_meanings"] == again["wall_damage_category"].attrs["flag_meanings"]
     back = damagepred.judge_again(again, table="as2870")
     assert (back["wall_damage_category"] == solved["wall_damage_category"]).all()
-    assert (
-        wall_dataset(again, "front")["deviation_level"].values.tolist() == alone[0]["deviation_level"].values.tolist()
-    )
+    assert np.array_equal(wall_dataset(again, "front")["deviation_level"], alone[0]["deviation_level"])
 
 
 def test_cracks_are_numbered_on_from_wall_to_wall(solved):

@@ -92,9 +92,7 @@ def deepest(ds: xr.Dataset, step: int = -1) -> float:
     turn = ds["block_rotation"].values[step][block]
     arm = np.column_stack((ds["vertex_x"].values - x0[block], ds["vertex_y"].values - y0[block]))
     c, s = np.cos(turn), np.sin(turn)
-    place = np.column_stack(
-        (x0 + ds["block_displacement_x"].values[step], y0 + ds["block_displacement_y"].values[step])
-    )
+    place = np.column_stack((x0 + ds["block_displacement_x"][step], y0 + ds["block_displacement_y"][step]))
     corner = place[block] + np.column_stack((c * arm[:, 0] - s * arm[:, 1], s * arm[:, 0] + c * arm[:, 1]))
     depth = 0.0
     for b in range(len(x0)):

@@ -172,9 +172,7 @@ def test_a_joint_that_closes_at_one_end_only_is_found_by_the_condensed_wall():
     condensed, whole = (
         damagepred.solve(tall, solver=Solver(condense=c, lump_block_elasticity=False)) for c in (True, False)
     )
-    closed = (
-        condensed["contact_normal_stress"].values[:, condensed["contact_kind"].values == ContactKind.CONTROL_JOINT] < 0
-    )
+    closed = condensed["contact_normal_stress"].values[:, condensed["contact_kind"] == ContactKind.CONTROL_JOINT] < 0
     assert (closed.any(axis=1) & ~closed.all(axis=1)).any()
     for name in ("block_displacement_x", "block_displacement_y"):
         np.testing.assert_allclose(condensed[name], whole[name], atol=1e-7)

@@ -170,9 +170,7 @@ def test_a_path_jumps_where_its_error_does_not_fall_with_the_step() -> None:
 
 def test_what_a_jump_loses_is_released() -> None:
     before = EnergyBalance(np.zeros(3), external_work=5.0, elastic_energy=3.0, friction_work=1.0, energy_error=1.0)
-    after = EnergyBalance(
-        np.zeros(3), 9.0, 3.0, friction_work=2.0, fracture_work=0.5, energy_error=3.5, released_energy=0.0
-    )
+    after = EnergyBalance(np.zeros(3), 9, 3, friction_work=2, fracture_work=0.5, energy_error=3.5, released_energy=0)
     after.count_as_snap_through(before)
     assert (after.energy_error, after.released_energy, after.snap_through_energy) == (1.0, 2.5, 2.5)
     gained = EnergyBalance(np.zeros(3), 5.0, 4.0, friction_work=1.0, energy_error=2.0)
@@ -219,9 +217,7 @@ class Scripted:
 
     def report(self, outcome: Outcome) -> Increment:
         state = NONE.astype(np.int8)
-        return Increment(
-            self.number, self.load_factor, NONE, NONE, NONE, NONE, NONE, state, 0.0, collapsed=outcome.collapsed
-        )
+        return Increment(self.number, self.load_factor, *[NONE] * 5, state, 0.0, collapsed=outcome.collapsed)
 
     def counters(self) -> Counters:
         return Counters(cycles=len(self.tried))

@@ -103,9 +103,7 @@ def test_a_small_run_infers_the_causes(back_analysis: dict[str, ModuleType], tmp
     run, synthetic, _ = back_analysis.values()
     study = tmp_path / "study.toml"
     text = (STUDIES / "back_analysis" / "study.toml").read_text(encoding="utf-8")
-    study.write_text(
-        text.replace("1.92 m", "0.96 m").replace("0.6 m", "0.3 m").replace("increments = 12", "increments = 4")
-    )
+    study.write_text(text.replace("1.92 m", "0.96 m").replace("0.6 m", "0.3 m").replace("s = 12", "s = 4"))
     stored = synthetic.archives(study, run.KINDS, tmp_path / "stored", 6, 1, 1)
     unseen = synthetic.archives(study, run.KINDS, tmp_path / "unseen", 2, 2, 1)
     survey = synthetic.Survey(((0.24, 0.1), (0.48, 0.1)), ((0.48, 0.0375), (0.12, 0.0375)))
