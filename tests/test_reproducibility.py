@@ -1,7 +1,4 @@
-"""Results are the same to the last bit, whatever threads BLAS has and whatever is imported first.
-
-A small job of every kind (``reproducibility_job.py``) runs in separate processes.
-"""
+"""Results are the same to the last bit, whatever threads BLAS has and whatever is imported first."""
 
 import json
 import os

@@ -1,7 +1,4 @@
-"""The law of a zone, compared with closed forms, with independent closest points, and with its own conditions.
-
-Everything is tested in both planes, for materials that are intact, frictionless, without cohesion, without a limit.
-"""
+"""The law of a zone in both planes, compared with closed forms, independent closest points and its own conditions."""
 
 import itertools
 import math

@@ -1,7 +1,4 @@
-"""Independent checks of a solved path: finite values, energy balance, equilibrium and joint law of the stresses.
-
-No check uses the solvers' own diagnostics: forces are summed from the contact stresses.
-"""
+"""Independent checks of a solved path, by forces that are summed from the contact stresses."""
 
 from dataclasses import asdict, fields, is_dataclass, replace
 from typing import NamedTuple

@@ -44,10 +44,7 @@ def kept() -> dict[str, dict[str, Any]]:
 
 
 def reference(processors: dict[str, dict[str, Any]], model: str) -> tuple[dict[str, dict[str, Any]], float]:
-    """Return the cases to compare a processor with, and the factor on their bounds.
-
-    A processor without a baseline is compared with the largest ratio of the others, case by case.
-    """
+    """Cases to compare a processor with, and the factor on their bounds; of others without a baseline."""
     if model in processors:
         return processors[model]["cases"], 1.0
     largest: dict[str, dict[str, Any]] = {}

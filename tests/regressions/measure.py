@@ -1,8 +1,4 @@
-"""Ratios of the program's times to times of fixed work, measured alternately.
-
-A slow machine slows both, and the ratio stays. Against short disturbances the shortest of many short times counts, and
-a slow case is measured again.
-"""
+"""Ratios of the program's shortest times to those of fixed work, measured alternately; slow cases twice."""
 
 import resource
 import time

@@ -1,7 +1,4 @@
-"""Fixed work of several kinds, with which the program's work is compared in the same run.
-
-Nothing here uses damagepred, and nothing here may change: a baseline holds only for the yardsticks it was taken with.
-"""
+"""Fixed work of several kinds, without damagepred; it may not change, as baselines hold for it alone."""
 
 import subprocess
 import sys

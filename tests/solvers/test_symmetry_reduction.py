@@ -74,11 +74,7 @@ def mirrored(model: Model, step: Increment) -> Increment:
 
 
 def symmetric_part(model: Model, step: Increment) -> Increment:
-    """Return the symmetric part of an increment: the mean of it and its mirror image.
-
-    The position of a wall that slides at both ends, or of loose bricks, is not unique and need not be symmetric. The
-    mean of such a state and its image is a solution, too, and symmetric.
-    """
+    """Mean of an increment and its mirror image, for positions that are not unique (sliding walls, loose bricks)."""
     image = mirrored(model, step)
     names = ("displacement", "opening", "slip", "normal_stress", "shear_stress")
     return replace(step, **{name: (getattr(step, name) + getattr(image, name)) / 2 for name in names})

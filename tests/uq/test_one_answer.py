@@ -1,7 +1,4 @@
-"""One estimate of the probability that a category is reached, on walls that end at their own movement.
-
-Capacities are lognormal, movements of the ground too, and independent of them: the truth is in closed form.
-"""
+"""One estimate of the probability of a category, on walls with lognormal capacities and independent movements."""
 
 import numpy as np
 import pytest

@@ -1,7 +1,4 @@
-"""The full-scale test of Bryant (1993), as Zhuge et al. report it, with the movement prescribed under the wall.
-
-What was published holds with either solver.
-"""
+"""The full-scale test of Bryant (1993), as Zhuge et al. report it, with a prescribed movement; by either solver."""
 
 from functools import cache
 from pathlib import Path

@@ -1,8 +1,4 @@
-"""The shear panel J4D of Raijmakers and Vermeltfoort: what it carries, and its stepped diagonal crack.
-
-The test carried about 50 kN. Bounds here are wide on purpose: rigid bricks with their elasticity in the joints, the law
-of the paper in them, nothing fitted.
-"""
+"""The shear panel J4D of Raijmakers and Vermeltfoort, about 50 kN, and its stepped crack; nothing is fitted."""
 
 from dataclasses import replace
 

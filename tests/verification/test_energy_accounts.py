@@ -21,11 +21,7 @@ ACCOUNTS = ("external_work", "elastic_energy", "friction_work", "crushing_work",
 
 
 class Case(NamedTuple):
-    """A path, the accounts that it must use, and the ground's rise and drift to the right by place and load factor.
-
-    ``steps`` is the share of an account by which works may be off where events divide increments, and ``imbalance``
-    that of the external work that long steps may miss.
-    """
+    """A path, the accounts that it must use, and the ground's rise and drift by place and load factor."""
 
     model: Model
     solver: Solver
@@ -143,10 +139,7 @@ def section_work(model: Model, path: list[Increment]) -> float:
 
 
 def softening_work(model: Model, path: list[Increment]) -> float:
-    """Return the energy dissipated by softening (J): G_f (1 - b) of each bond of integrity b.
-
-    Softening by slip lowers the secant stiffness of a bond at its opening.
-    """
+    """Energy dissipated by softening (J): G_f (1 - b) of each bond of integrity b, less after softening by slip."""
     law, area = model.properties, model.interfaces.contact_area
     soft = law.critical_opening > 0
     strength, critical = law.tensile_strength[soft, None], law.critical_opening[soft, None]

@@ -1,8 +1,4 @@
-"""Work dissipated by a softening joint until its bond is broken, for every combination of features of the law.
-
-A brick on a plate is pulled straight off, turned off, slid off, and pulled and slid at a time. All its degrees of
-freedom are prescribed, so what the support delivers is the integral of its force over its way, whatever the solver.
-"""
+"""Work dissipated by a softening joint between blocks with prescribed movement, for all features of the law."""
 
 import itertools
 from dataclasses import replace

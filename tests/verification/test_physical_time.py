@@ -1,7 +1,4 @@
-"""Stacks and single blocks in runs of physical mass and time, with displacements of any size.
-
-Rocking, bouncing, pulses and the energy over long runs are in the chapter on dynamics.
-"""
+"""Stacks and single blocks in runs of physical mass and time, with displacements of any size."""
 
 from dataclasses import replace
 

@@ -1,7 +1,4 @@
-"""Joints that soften, pulled open by a moving support, against closed forms.
-
-Tension and opening are positive. The blocks are rigid and nothing is lumped, so the joint alone is elastic.
-"""
+"""Joints that soften, pulled open by a moving support between rigid blocks, against closed forms."""
 
 from dataclasses import replace
 
