@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import re
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -72,6 +76,22 @@ scene.loads.roof = "6 kN"
 """
 
 
+@contextlib.contextmanager
+def shared_by_processes(place: Path) -> Iterator[Path]:
+    """Folder that all processes of this run share, one at a time; the place itself where there is one process."""
+    run = os.environ.get("PYTEST_XDIST_TESTRUNUID")
+    if run is None or os.name != "posix":
+        yield place
+        return
+    import fcntl
+
+    common = place.parents[1] / f"examples-{run}"
+    common.mkdir(exist_ok=True)
+    with (common / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield common
+
+
 class Files:
     """Files beside the examples; those that need a solution are made for the first example that names them."""
 
@@ -92,7 +112,11 @@ class Files:
         self.made.add(name)
         stem, _, kind = name.partition(".")
         if kind == "dp":
-            Study.from_toml(self.place / f"{stem}.toml").run(self.place / name)
+            with shared_by_processes(self.place) as common:
+                if not (common / name).exists():
+                    Study.from_toml(self.place / f"{stem}.toml").run(common / name)
+            if common != self.place:
+                shutil.copytree(common / name, self.place / name)
         elif kind == "nc":
             small = {"wall": {"length": 1.44, "height": 0.45}, **MORE.get(stem, {})}
             scene = Scene.from_toml(self.place / "wall.toml") if stem == "wall" else Scene.from_dict(small)
