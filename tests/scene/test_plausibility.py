@@ -124,7 +124,7 @@ def test_impossible_means_are_refused(command: Run, tmp_path: Path, name: str) -
     more = {"rare": ("--category", 2, "--at", "8 mm")}
     refused = command(name, tmp_path / "house.toml", *more.get(name, ()))
     assert refused.code == 2
-    assert '[variables."joint.friction"]: mean of joint.friction = 36.9: at most 5. Did you mean 0.75' in refused.err
+    assert '"joint.friction"]: mean of joint.friction = 36.9: must be at most 5. Did you mean 0.75' in refused.err
     assert "joint.cohesion = 0.453 Pa: must be 0, or at least 10 Pa. Did you mean '0.453 MPa'?" in refused.err
 
 

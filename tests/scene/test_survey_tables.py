@@ -77,7 +77,9 @@ def observations(folder: Path, toml: str = "", **files: str) -> Observations:
     return Observations.from_toml(folder / "observations.toml")
 
 
-CRACKS = "Position (mm);y (m);crack width (mm);direction;no\n960;0,1;2,5;horizontal;A\n500;0,1;0;;B\n1200;0,3;0,4;;C\n"
+CRACKS = (
+    "Position (mm);y (m);crack width (mm);direction;point\n960;0,1;2,5;horizontal;A\n500;0,1;0;;B\n1200;0,3;0,4;;C\n"
+)
 
 
 def test_cracks_of_a_file_are_those_of_tables(tmp_path: Path) -> None:
