@@ -37,6 +37,7 @@ from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.scene.described import plain
 from damagepred.solvers.options import SolverOptions
+from damagepred.uq.fields import WallFields
 
 MOST_VALUES = 25_000_000  # limit of the values of joints in a design (200 MB); they follow from the seed
 
@@ -122,7 +123,7 @@ class Campaign:
         SolverOptions.of(settings.scene.solver)  # refused before anything is solved
         self.settings, self.limits = settings, limits
         self.design = settings.design()
-        if self.design.by_distance is not None:  # refuse here, not wall by wall
+        if isinstance(self.design.fields, WallFields):  # refuse here, not wall by wall
             self.design.joint_values(0, joint_places(settings.scene))
 
     @classmethod

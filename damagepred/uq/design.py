@@ -12,8 +12,8 @@ from scipy import special
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.uq.correlation import cholesky, gaussian_correlation, independent_normals, varying
-from damagepred.uq.fields import JointPlaces, WallFields, course_autoregression, innovation_factor
+from damagepred.uq.correlation import cholesky, independent_normals, varying
+from damagepred.uq.fields import CourseFields, JointPlaces, WallFields
 from damagepred.uq.importance import Drawn, Proposal, draw
 from damagepred.uq.marginals import JointQuantile, from_normal
 from damagepred.uq.random_streams import RandomStream, generator
@@ -62,14 +62,9 @@ class Design:
     # places with one value per wall, and with one per joint
     wall: tuple[str, ...]
     joint: tuple[str, ...]
-    # Cholesky factors of their correlation
-    wall_factor: FloatArray
-    joint_factor: FloatArray
-    # for places with one value per joint, the correlation of the underlying normals along a course
-    lag: Mapping[str, float]
-    innovation_factor: FloatArray  # Cholesky factor of the correlation of the innovations along a course
-    by_distance: WallFields | None = None  # the fields, unless each joint depends on the one before it alone
-    joint_quantiles: Mapping[str, JointQuantile] = field(default_factory=dict)  # of places with one value per joint
+    wall_factor: FloatArray  # Cholesky factor of the correlation of the former
+    fields: CourseFields | WallFields  # of places with one value per joint
+    joint_quantiles: Mapping[str, JointQuantile]
 
     @classmethod
     @one_blas_thread()
@@ -99,15 +94,10 @@ class Design:
         fields = {place: f for place in joint if (f := variables[place].field) is not None}
         joint_factor = cholesky(joint, marginals, {p: c for p, c in correlation.items() if p <= set(joint)})
         wall_factor = cholesky(wall, marginals, {p: c for p, c in correlation.items() if p <= set(wall)})
-        by_distance, lag, innovation = None, {}, joint_factor
-        if all(f.by_course for f in fields.values()):
-            lag = {place: _lag(place, marginals[place], f.course_correlation) for place, f in fields.items()}
-            innovation = innovation_factor(joint_factor, lag)
-        else:
-            by_distance = WallFields(joint, fields, marginals, joint_factor)
+        kind = CourseFields if all(f.by_course for f in fields.values()) else WallFields
+        drawn = kind(fields, marginals, joint_factor)
         quantiles = {place: JointQuantile(marginals[place]) for place in joint}
-        factors = wall_factor, joint_factor
-        return cls(seed, sampler, marginals, wall, joint, *factors, lag, innovation, by_distance, quantiles)
+        return cls(seed, sampler, marginals, wall, joint, wall_factor, drawn, quantiles)
 
     @one_blas_thread()
     def wall_values(self, samples: int) -> dict[str, FloatArray]:
@@ -154,21 +144,8 @@ class Design:
     @one_blas_thread()
     def joint_values_from(self, independent: FloatArray, places: JointPlaces) -> dict[str, FloatArray]:
         """Values that vary from joint to joint, from independent standard normals."""
-        if self.by_distance is not None:
-            normal = self.by_distance.draw(independent, places)
-        else:
-            sequence = places.sequence
-            first = np.diff(sequence, prepend=sequence[0] - 1) != 0
-            new = np.where(first, self.joint_factor @ independent, self.innovation_factor @ independent)
-            normal = course_autoregression(new, sequence, [self.lag[place] for place in self.joint])
+        normal = self.fields.draw(independent, places)
         return {place: self.joint_quantiles[place](normal[k]) for k, place in enumerate(self.joint)}
-
-
-def _lag(place: str, marginal: Any, correlation: float) -> float:
-    try:
-        return gaussian_correlation(marginal, marginal, correlation)
-    except ValueError as error:
-        raise InputError(f'[variables."{place}"] field: {error}.') from None
 
 
 def _table_places(columns: tuple[str, ...], wall: tuple[str, ...]) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ By distance, the correlation matrix of all joints of one kind is factorised once
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from scipy import linalg
 from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.errors import InputError
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.uq.correlation import NatafCurve, lower_factor, varying
+from damagepred.uq.correlation import NatafCurve, gaussian_correlation, lower_factor, varying
 from damagepred.uq.marginals import Marginal
 from damagepred.uq.variable import JointField
 
@@ -85,6 +85,25 @@ class JointPlaces(NamedTuple):
 _TOLERANCE = 0.02  # change of the correlations of a field (1) by which it may be made positive definite
 
 
+class CourseFields:
+    """Fields of one study in which each joint depends only on the one before it in its course."""
+
+    def __init__(self, fields: Mapping[str, JointField], marginals: Mapping[str, Marginal], factor: FloatArray) -> None:
+        self._lags: dict[str, float] = {}  # correlation of the underlying normals of neighbours
+        for name, field in fields.items():
+            try:
+                self._lags[name] = gaussian_correlation(marginals[name], marginals[name], field.course_correlation)
+            except ValueError as error:
+                raise InputError(f'[variables."{name}"] field: {error}.') from None
+        self._factor, self._innovation_factor = factor, innovation_factor(factor, self._lags)
+
+    def draw(self, independent: FloatArray, places: JointPlaces) -> FloatArray:
+        """Correlated standard normals."""
+        first = np.diff(places.sequence, prepend=places.sequence[0] - 1) != 0
+        innovation = np.where(first, self._factor @ independent, self._innovation_factor @ independent)
+        return course_autoregression(innovation, places.sequence, list(self._lags.values()))
+
+
 class _OneKind(NamedTuple):
     """Joints of one kind, the factors of the independent fields on them, and how these make up the fields (k, k)."""
 
@@ -101,12 +120,9 @@ class WallFields:
     keeps its own (linear model of coregionalisation).
     """
 
-    def __init__(
-        self, names: Sequence[str], fields: dict[str, JointField], marginals: Mapping[str, Marginal], factor: FloatArray
-    ) -> None:
-        self._names = tuple(names)
-        self._fields = [fields[name] for name in names]
-        self._normal = [_to_normals(name, marginals[name]) for name in names]
+    def __init__(self, fields: Mapping[str, JointField], marginals: Mapping[str, Marginal], factor: FloatArray) -> None:
+        self._names, self._fields = tuple(fields), list(fields.values())
+        self._normal = [_to_normals(name, marginals[name]) for name in fields]
         self._correlation: FloatArray = factor @ factor.T
         self._made: tuple[str, list[_OneKind]] = ("", [])
 

@@ -525,7 +525,7 @@ def test_normals_behind_lognormal_fields_in_closed_form() -> None:
     fields = {name: JointField(correlation_length=length) for name, length in (("a", 0.5), ("b", 0.7))}
     marginal = Variable(distribution="lognormal", mean=1.0, cov=cov).frozen("a", "1")
     factor = np.linalg.cholesky(np.array([[1.0, strong], [strong, 1.0]]))
-    made = WallFields(list(fields), fields, dict.fromkeys(fields, marginal), factor)
+    made = WallFields(fields, dict.fromkeys(fields, marginal), factor)
     # columns of the linear map of independent normals give the covariance of what is drawn
     size = 2 * len(PLACES.x)
     columns = [made.draw(unit.reshape(2, -1).copy(), PLACES).ravel() for unit in np.eye(size)]
