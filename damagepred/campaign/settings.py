@@ -175,7 +175,8 @@ class StudySettings:
             tables["study"] = {**how, "fields_from": unchecked_scene(other, f"{source}: [study.fields_from]")}
         settings = build(cls, tables, source)._with_places_of_scene(source)._with_material_scatter()
         settings = settings._with_sample_table(folder)
-        measured = {p: v.with_values(p, Scene.unit_of(p), folder) for p, v in settings.variables.items()}
+        where = {p: f'[variables."{p}"]' for p in settings.variables}
+        measured = {p: v.with_values(where[p], Scene.unit_of(p), folder) for p, v in settings.variables.items()}
         if measured != settings.variables:
             settings = dataclasses.replace(settings, variables=measured)
         settings.check(source)

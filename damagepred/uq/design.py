@@ -79,7 +79,7 @@ class Design:
         """Check the variables and prepare to draw."""
         if isinstance(sampler, str):
             sampler = Sampler(sampler)
-        marginals = {place: v.frozen(place, units[place]) for place, v in variables.items()}
+        marginals = {place: v.frozen(f'[variables."{place}"]', units[place]) for place, v in variables.items()}
         wall = tuple(place for place, v in variables.items() if v.field is None)
         if sampler.kind == "table":
             wall = _table_places(sampler.columns, wall)

@@ -139,15 +139,8 @@ class Distribution:
     source: str | None = None
     """Where the figures come from, for the archive."""
 
-    def frozen(self, place: str, unit: str) -> Any:
-        """Distribution in SI, as scipy.stats freezes them."""
-        return self._made(f'[variables."{place}"]', unit)
-
-    def with_values(self: T, place: str, unit: str, folder: Path) -> T:
-        """Return the same with measured values in it instead of the name of the file that holds them."""
-        return self._read(f'[variables."{place}"]', unit, folder)
-
-    def _read(self: T, where: str, unit: str, folder: Path) -> T:
+    def with_values(self: T, where: str, unit: str, folder: Path) -> T:
+        """Distribution with measured values instead of the name of their file; ``where``: its table, for messages."""
         if self.file is None:
             return self
         if self.distribution != "empirical" or self.column is None or self.values:
@@ -166,7 +159,8 @@ class Distribution:
         source = self.source or f"{table.path.name}, column {self.column}{empty}"
         return dataclasses.replace(self, values=values, file=None, column=None, unit=None, source=source)
 
-    def _made(self, where: str, unit: str) -> Any:
+    def frozen(self, where: str, unit: str) -> Any:
+        """Distribution in SI, as scipy.stats freezes them; ``where``: its table, for messages."""
         given = self._numbers(where, unit)
         extra = {"discrete": ("values", "weights"), "empirical": ("values",), "scipy": _OF_SCIPY}
         for name in (*_OF_TABLES, *_OF_SCIPY):
@@ -239,21 +233,23 @@ class Variable(Distribution):
     field: JointField | None = None
     """If given, the number varies from joint to joint; only for numbers of ``joint`` and ``dpc``."""
 
-    def _read(self, where: str, unit: str, folder: Path) -> Variable:
-        itself = super()._read(where, unit, folder)
-        parts = tuple(part._read(w, unit, folder) for w, part in self._named(where))
+    def with_values(self, where: str, unit: str, folder: Path) -> Variable:
+        """Variable and its components with measured values."""
+        itself = super().with_values(where, unit, folder)
+        parts = tuple(part.with_values(w, unit, folder) for w, part in self._named(where))
         return itself if parts == self.components else dataclasses.replace(itself, components=parts)
 
-    def _made(self, where: str, unit: str) -> Any:
+    def frozen(self, where: str, unit: str) -> Any:
+        """Distribution or mixture in SI."""
         if self.distribution != "mixture":
             if self.components:
                 raise InputError(f"{where} components: are read with distribution = 'mixture' only.")
-            return super()._made(where, unit)
+            return super().frozen(where, unit)
         if given := [n for n in (*_OF_THE_UNIT, *_PURE, *_OF_TABLES, *_OF_SCIPY) if getattr(self, n) not in (None, ())]:
             raise InputError(f"{where}: a mixture takes components; given: {', '.join(given)}.")
         if len(self.components) < 2:
             raise InputError(f"{where} components: has {len(self.components)}; a mixture takes two or more.")
-        parts = [part._made(w, unit) for w, part in self._named(where)]
+        parts = [part.frozen(w, unit) for w, part in self._named(where)]
         try:
             return Mixture(parts, np.array([part.weight for part in self.components]))
         except ValueError:

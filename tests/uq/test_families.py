@@ -19,6 +19,7 @@ from damagepred.uq.movement_distribution import movement_distribution
 from damagepred.uq.variable import JointField, Variable
 
 PLACE = "joint.cohesion"
+TABLE = f'[variables."{PLACE}"]'
 
 
 def lognormal_cdf(mean: float, cov: float) -> Callable:
@@ -105,7 +106,7 @@ def sampled(written: dict, unit: str, count: int = 4000, seed: int = 3) -> np.nd
 def test_samples_follow_the_stated_distribution(name: str):
     (written, unit), (cdf, *moments) = FAMILIES[name], EXACT[name]
     assert stats.kstest(sampled(written, unit), cdf).pvalue > 1e-3
-    frozen = build(Variable, written, "study.toml").frozen(PLACE, unit)
+    frozen = build(Variable, written, "study.toml").frozen(TABLE, unit)
     if moments:
         assert (frozen.mean(), frozen.std()) == pytest.approx(tuple(moments), rel=1e-9)
 
@@ -169,7 +170,7 @@ def test_files_that_cannot_be_read(tmp_path: Path, change: dict, words: list[str
     (tmp_path / "bond.csv").write_text(MEASURED)
     written = of("empirical", file="bond.csv", column="strength", unit="MPa") | change
     with pytest.raises(InputError) as caught:
-        Variable(**written).with_values(PLACE, "Pa", tmp_path)
+        Variable(**written).with_values(TABLE, "Pa", tmp_path)
     for word in [f'[variables."{PLACE}"]', *words]:
         assert word in str(caught.value)
 
@@ -177,7 +178,7 @@ def test_files_that_cannot_be_read(tmp_path: Path, change: dict, words: list[str
 def test_a_word_in_a_column_of_numbers(tmp_path: Path):
     (tmp_path / "bond.csv").write_text(MEASURED.replace("0.52", "0.52 MPa"))
     with pytest.raises(InputError, match=r"line 5, strength = '0\.52 MPa': is no plain number"):
-        Variable(distribution="empirical", file="bond.csv", column="strength").with_values(PLACE, "Pa", tmp_path)
+        Variable(distribution="empirical", file="bond.csv", column="strength").with_values(TABLE, "Pa", tmp_path)
 
 
 TWO = [of("normal", weight=1, mean=1, cov=0.1)] * 2
@@ -251,7 +252,7 @@ WRONG: dict[str, tuple[dict, list[str]]] = {
 def test_parameters_that_make_no_distribution(name: str):
     written, words = WRONG[name]
     with pytest.raises(InputError) as caught:
-        build(Variable, written, "study.toml").frozen(PLACE, "Pa")
+        build(Variable, written, "study.toml").frozen(TABLE, "Pa")
     for word in [f'[variables."{PLACE}"]', *words]:
         assert word in str(caught.value), str(caught.value)
 
