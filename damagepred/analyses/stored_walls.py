@@ -326,10 +326,7 @@ class StoredWalls:
         replayed: bool,
         quantities: Sequence[tuple[str, list[Any]]] | None = None,
     ) -> Fit:
-        """Fit of all or some quantities under a discrepancy or its terms, on (rows, increments, histories or terms).
-
-        Local quantities count if their walls are replayed.
-        """
+        """Fit of all or some quantities, local ones if replayed, on (rows, increments, histories or terms of model)."""
         days = seen.dates
         nothing = np.zeros((len(rows), self.movement.shape[1], 1))
         total = Fit(nothing, nothing)

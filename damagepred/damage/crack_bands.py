@@ -57,11 +57,7 @@ class BandGauges:
 def _readings(
     joints: JointMap, chosen: IntArray, nodes: FloatArray, axis: int, length: float
 ) -> scipy.sparse.csr_array:
-    """Weights (gauges, nodes) of the openings that gauges along one axis read, of gauges across more than one joint.
-
-    ``nodes`` (k, q or q + 2) are places along each joint (m) where its opening is known. A gauge starts at every node
-    and runs from block to block, at right angles to the joints. It reads each further joint between two nodes.
-    """
+    """Weights (gauges, nodes) of openings read across several joints; ``nodes`` (k, q or q + 2): way along each (m)."""
     start, end = joints.start[chosen], joints.end[chosen]
     along = end - start
     columns, size = nodes.shape[1], nodes.size

@@ -88,12 +88,9 @@ def sample_posterior(estimator: Estimator, random: np.random.Generator) -> Float
 
 
 def effective_reached(estimator: Estimator) -> float:
-    """Smallest effective number of walls (Kish) that determine a category's curve.
-
-    These are the walls that reached it. Where each wall is known at one movement, they are the smaller group of damaged
-    and undamaged walls; of several categories fitted together, half of all walls.
-    """
+    """Smallest effective number of walls (Kish) that determine a category's curve: walls that reached it."""
     cells = estimator.cells
+    # walls known at one movement: the smaller group of damaged and undamaged ones; of several categories half of all
     if _is_current_status(cells) and len(cells.lower) > 1:
         return 0.5 * cells.effective()
     counts = []
@@ -115,11 +112,7 @@ def _profile_points(
     of: Callable[[FloatArray], Likelihood],
     log_prior: Callable[[FloatArray, Likelihood], FloatArray],
 ) -> Iterator[tuple[FloatArray, float, FloatArray]]:
-    """Follow the profile likelihood from its maximum to larger or smaller dispersions, until the density is small.
-
-    Yields the parameters, the logarithm of the posterior density of ln(1/dispersion) up to a constant, and the negative
-    second derivatives of the log-likelihood by the other parameters.
-    """
+    """Parameters along the profile likelihood, log posterior density of ln(1/dispersion), precision of the others."""
     parameters, most = best.copy(), -np.inf
     while 1.0 / LARGEST_DISPERSION <= parameters[0] <= 1.0 / SMALLEST_DISPERSION:
         current = of(parameters[None])

@@ -50,7 +50,7 @@ def p_value(fit: Fit, walls: StudyCapacities, k: int, repetitions: int, random: 
 def sequential_p_value(statistic: float, simulated: Iterable[float]) -> float:
     """Share of simulated statistics at least as large, until ``ENOUGH_LARGER`` are (Besag and Clifford 1991).
 
-    Conservative; of n simulated statistics, p-values below ``ENOUGH_LARGER`` / n are the same as without the stop.
+    Conservative; of n simulated statistics, p-values below ``ENOUGH_LARGER`` / n are the same as of all n.
     """
     larger = count = 0
     for count, value in enumerate(simulated, 1):
@@ -96,11 +96,9 @@ def _grouped_by_increments(
 
 
 def akaike_criterion(cells: GroupedIntervals, common: bool) -> float:
-    """Akaike's criterion of the product of the categories' likelihoods; a smaller one is better.
-
-    A wall's categories depend on each other, so the number of parameters is replaced by Takeuchi's trace, which is that
-    number where the likelihood is right (Varin and Vidoni 2005, Biometrika 92).
-    """
+    """Akaike's criterion of the product of the categories' likelihoods; a smaller one is better."""
+    # a wall's categories depend on each other, so Takeuchi's trace takes the place of the number of parameters (Varin
+    # and Vidoni 2005, Biometrika 92)
     places = list(range(len(cells.lower)))
     parts = [(places, cells)] if common else [([k], cells.of(k)) for k in places]
     total = 0.0
