@@ -386,3 +386,8 @@ def test_movements_beyond_the_walls_are_refused() -> None:
 def test_a_wrong_text_is_answered_by_a_sentence(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         movement_distribution(text)
+
+
+def test_a_wrong_distribution_of_the_movement_is_named_by_its_option() -> None:
+    with pytest.raises(InputError, match=r"^at lower = 0\.03: must be below upper"):
+        movement_distribution('distribution = "uniform", lower = "30 mm", upper = "1 mm"')
