@@ -134,10 +134,10 @@ def test_both_solvers_agree_on_a_wall_that_grows_through_the_seasons(blocks, cou
 
 @pytest.mark.parametrize("footing", ["jacks", "deformable"])
 def test_both_solvers_agree_on_a_footing_under_bricks_with_strain_and_creep(footing: str) -> None:
-    scene = on_footing(footing, stage(1.0, time=0.5), stage(0.0, time=1.0), stage(0.5, time=1.5))
+    scene = on_footing(footing, *(stage(f, time=t, increments=1) for f, t in ((1.0, 0.5), (0.0, 1.0), (0.5, 1.5))))
     scene = replace(scene, strain=Strain(growth=5e-4, temperature_swing=20.0), creep=Creep(relaxation_time=1.0))
     one, other = (solve(replace(scene, solver=replace(scene.solver, method=method))) for method in SOLVERS)
-    assert one["progress"].values[[2, 4, 6]].tolist() == [1.0, 0.0, 0.5]
+    assert one["progress"].values[1:].tolist() == [1.0, 0.0, 0.5]
     largest = one["dpc_opening_max"].values.max()
     np.testing.assert_allclose(other["dpc_opening_max"], one["dpc_opening_max"], rtol=0, atol=0.015 * largest)
     np.testing.assert_allclose(other["central_deflection"], one["central_deflection"], rtol=0, atol=2e-6)
@@ -149,7 +149,7 @@ def test_both_solvers_agree_on_a_footing_under_bricks_with_strain_and_creep(foot
 def test_both_solvers_agree_on_soil_with_strain_and_creep(shape: str) -> None:
     size = 20e-3
     stages = [
-        {"kind": "dishing", "surface_movement": share * size, "increments": 3, "time": time}
+        {"kind": "dishing", "surface_movement": share * size, "increments": 2, "time": time}
         for share, time in ((1.0, 0.5), (0.0, 1.0), (0.5, 1.5))
     ]
     tables = (
@@ -158,7 +158,7 @@ def test_both_solvers_agree_on_soil_with_strain_and_creep(shape: str) -> None:
         | {"strain": {"growth": 5e-4, "temperature_swing": 20}, "creep": {"relaxation_time": 1.0}}
     )
     one, other = (solve(Scene.from_dict({**tables, "solver": {"method": method}})) for method in SOLVERS)
-    assert one["progress"].values[[3, 6, 9]].tolist() == [1.0, 0.0, 0.5]
+    assert one["progress"].values[[2, 4, 6]].tolist() == [1.0, 0.0, 0.5]
     for name in ("dpc_opening_max", "central_deflection"):
         np.testing.assert_allclose(other[name], one[name], rtol=0, atol=2e-6)
 
@@ -250,7 +250,7 @@ def test_a_column_rises_and_stays_free_of_stress() -> None:
 
 def test_shrinkage_cracks_a_wall_that_is_held() -> None:
     """Bricks that shrink between stiff ground and bond crack the wall; growth of the same size presses it."""
-    wall = Wall(length=6.0, height=1.2)
+    wall = Wall(length=6.0, height=1.2, block_length=0.48, block_height=0.15)
     movement = Movement(central_deflection=0.0, increments=6)
     joint = Joint(fracture_energy=10.0)
     loads = Loads(roof="10 kN")
