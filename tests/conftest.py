@@ -1,6 +1,7 @@
 """Small walls and studies that many tests share."""
 
 import math
+import os
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
@@ -12,7 +13,7 @@ from _pytest.doctest import DoctestModule
 from damagepred.analyses import rare_event_samples
 from damagepred.campaign import campaign, workers
 from damagepred.cli import terminal
-from tests.shared_kernels import sharing
+from tests.shared_kernels import compile_share, sharing
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -70,6 +71,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_collect_file() -> Generator[None, list[pytest.Collector], list[pytest.Collector]]:
     """Tests have no examples in docstrings."""
     return [found for found in (yield) if not isinstance(found, DoctestModule)]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtestloop(session: pytest.Session) -> None:
+    """Divide the compilation of kernels between the processes that run most tests."""
+    if "PYTEST_XDIST_WORKER" in os.environ and len(session.items) > 1000:
+        number = int(os.environ["PYTEST_XDIST_WORKER"].removeprefix("gw"))
+        compile_share(number, int(os.environ["PYTEST_XDIST_WORKER_COUNT"]))
 
 
 KERNELS = sharing()

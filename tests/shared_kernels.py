@@ -2,7 +2,9 @@
 
 import os
 from collections.abc import Iterator
+from typing import Any
 
+from damagepred import Scene, solve
 from damagepred.kernels import jit, progress
 from damagepred.kernels.process_cache import ProcessCache, _files, _identity, link
 
@@ -39,3 +41,30 @@ def sharing(cache: ProcessCache | None = jit.CACHE) -> Iterator[None]:
             take(cache)
             taken = newest
         yield
+
+
+YIELDS = {"cohesion": 12e3, "friction": 0.3, "tensile_strength": 2e3}
+SOFTENS = {"fracture_energy": 10.0}
+WALLS: tuple[dict[str, Any], ...] = (
+    {"solver": {"method": "explicit"}},
+    {"movement": {"shape": "mound"}, "footing": {"concrete": {}}},
+    {"solver": {"method": "explicit", "blocks": "deformable"}, "block": YIELDS},
+    {"dynamics": {"duration": 0.01, "outputs": 1}},
+    {"joint": SOFTENS},
+    {"solver": {"blocks": "deformable"}, "block": YIELDS},
+    {"solver": {"method": "explicit"}, "movement": {"shape": "jacks"}, "footing": {"concrete": {}}},
+    {"solver": {"method": "explicit", "blocks": "rigid"}, "joint": SOFTENS},
+)
+"""Small walls that need kernels of all kinds; every second one takes half of the time."""
+
+
+def compile_share(number: int, processes: int) -> None:
+    """Compile the share of one of several processes, which otherwise compile the same kernels at the same time."""
+    small = {"wall": {"length": 0.48, "height": 0.15}, "movement": {"central_deflection": 1e-5, "increments": 1}}
+    for wall in WALLS[number::processes]:
+        tables = small | wall | {"movement": small["movement"] | wall.get("movement", {})}
+        if jit.CACHE is not None:
+            take(jit.CACHE)
+        solve(Scene.from_dict(tables), on_failure="return")
+        if jit.CACHE is not None:
+            jit.CACHE.publish()

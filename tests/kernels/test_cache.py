@@ -16,6 +16,7 @@ from damagepred.kernels import jit
 from damagepred.kernels.cache_folder import cache_folder
 from damagepred.kernels.process_cache import ProcessCache
 from damagepred.runtime.version import source_hash
+from tests import shared_kernels
 from tests.shared_kernels import sharing
 
 
@@ -62,6 +63,16 @@ def test_processes_of_the_tests_share_kernels(tmp_path: Path, monkeypatch: pytes
         assert sum(function.stats.cache_hits.values()) == hits
         there.publish()
         next(step)
+
+
+def test_a_process_compiles_its_share_of_the_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
+    solved = []
+    monkeypatch.setattr(shared_kernels, "solve", lambda scene, **_: solved.append(scene))
+    for number in range(3):
+        shared_kernels.compile_share(number, 3)
+    assert {scene.solver.method for scene in solved[:3]} == {"explicit", "quasi_static"}
+    assert sorted(map(hash, solved)) == sorted({hash(scene) for scene in solved})
+    assert len(solved) == len(shared_kernels.WALLS)
 
 
 def test_phases_and_kernels_are_kept_in_the_folder_of_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
