@@ -305,11 +305,10 @@ class StudySettings:
             raise InputError(f"{source}: study.nominal_share = {how.nominal_share:g}: goes with [study.importance].")
         check(wall, how.importance)
         if how.stop_when is not None:
-            how.stop_when.check()
-            if how.movement == "sampled" and how.stop_when.quantity == "probability":
+            if how.movement == "sampled":
                 raise InputError(
                     f'{source}: [study.stop_when]: with movement = "sampled" each wall has a result only at its own '
-                    'movement, not at a common one; take quantity = "median", or movement = "both".'
+                    'movement, not at a common one; take movement = "both".'
                 )
             if how.stop_when.category > (highest := self.damage_table.highest):
                 raise InputError(f"{source}: [study.stop_when] category: must be at most {highest}.")
@@ -529,9 +528,10 @@ def differing_keys(first: Mapping[str, Any], second: Mapping[str, Any], prefix: 
 def read_frozen(text: str) -> StudySettings:
     """Study settings from their frozen copy; of a pair correlated twice the last value counts, as before."""
     tables = parse_toml(text, "study.toml")
-    tables["study"] = {
-        key: value for key, value in tables.get("study", {}).items() if key not in ("coarse", "time_budget")
-    }
+    how, removed = tables.get("study", {}), {"coarse", "time_budget"}
+    if how.get("stop_when", {}).get("quantity") == "median":
+        removed.add("stop_when")
+    tables["study"] = {key: value for key, value in how.items() if key not in removed}
     pairs = {frozenset((a, b)): (a, b, r) for a, row in tables.get("correlation", {}).items() for b, r in row.items()}
     if pairs:
         tables["correlation"] = {a: {d: r for c, d, r in pairs.values() if c == a} for a, *_ in pairs.values()}

@@ -59,10 +59,9 @@ def ending_lines(ending: Ending, rule: StopWhen | None) -> list[str]:
     said = []
     for look in ending.looks:
         if rule is not None and look.estimate is not None:
-            e, unit = look.estimate, (1e3, " mm") if rule.quantity == "median" else (1.0, "")
-            low, value, high = (f"{unit[0] * v:.4g}" for v in (e.lower, e.value, e.upper))
-            over = f"{low} to {high} ({rule.confidence:.0%} over all looks)"
-            said.append(f"look at {look.samples} walls: {rule.name()} = {value}{unit[1]}, {over}")
+            e = look.estimate
+            over = f"{e.lower:.4g} to {e.upper:.4g} ({rule.confidence:.0%} over all looks)"
+            said.append(f"look at {look.samples} walls: {rule.name()} = {e.value:.4g}, {over}")
     reasons = {
         "enough": "narrow enough: no further walls are run",
         "samples": "all walls allowed are run, and the interval is not narrow enough yet",

@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import Any, TypeVar, dataclass_transform, get_args, get_origin
 
-from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 from pydantic.dataclasses import dataclass as _pydantic_dataclass
+from pydantic_core import ArgsKwargs
 
 from damagepred.errors import InputError, likely_unit, nearest, shown
 from damagepred.inputs.documentation import documented
@@ -44,6 +45,17 @@ def described(cls: type[T]) -> type[T]:
     number = len(dataclasses.fields(made))
     made.__init__ = init
     return documented(made)
+
+
+def completed_by(complete: Callable[[Mapping[str, Any]], Mapping[str, Any]]) -> Any:
+    """Validator of a described class that completes the keys given in a file or a call before they are checked."""
+
+    def validator(_: type, given: Any) -> Any:
+        if isinstance(given, ArgsKwargs):
+            return ArgsKwargs(given.args, dict(complete(given.kwargs or {})))
+        return complete(given) if isinstance(given, Mapping) else given
+
+    return model_validator(mode="before")(classmethod(validator))
 
 
 def require_name(item: Any, what: str, example: str) -> None:

@@ -10,11 +10,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
-from pydantic_core import ArgsKwargs
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, require_count
-from damagepred.scene.described import described
+from damagepred.scene.described import completed_by, described
 from damagepred.scene.footing_profile import arc, require_positions, three_loads, through_points
 from damagepred.scene.movement_stage import OPPOSITE, UP, History, Kind, Seasons, Stage, largest_size, sizes
 from damagepred.scene.quantity import Count, Length, Pure
@@ -31,6 +30,20 @@ from damagepred.scene.settlement import (
     signed_size,
     trough,
 )
+
+
+def _with_size(table: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Table ``[movement]`` with the words of a settlement, and the largest of its stages as its size."""
+    stages = table.get("stage")
+    settles = table.get("shape") in SETTLEMENTS or table.get("settlement") is not None
+    settles = settles or bool(sizes(stages, "settlement"))
+    key = "settlement" if settles else "central_deflection"
+    full = largest_size(stages, key)
+    if settles:
+        table = {"kind": "settle", "central_deflection": 0.0, **table}
+    if full is not None and table.get(key) is None and table.get("shape") not in ("mound", "loads"):
+        table = {**table, key: full}
+    return table
 
 
 @described
@@ -115,32 +128,11 @@ class Movement:
     survey_seed: Count | None = Field(default=None, ge=0)
     """Seed of these errors, which a study sets. None: no errors."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _take_largest_stage(cls, given: Any) -> Any:
-        """Take the largest of the stages for a size that is left out, and the words of a settlement."""
-        values = given.kwargs if isinstance(given, ArgsKwargs) else given
-        if not isinstance(values, Mapping):
-            return given
-        stages = values.get("stage")
-        settles = values.get("shape") in SETTLEMENTS or values.get("settlement") is not None
-        settles = settles or bool(sizes(stages, "settlement"))
-        key = "settlement" if settles else "central_deflection"
-        full = largest_size(stages, key)
-        if settles:
-            values = {"kind": "settle", "central_deflection": 0.0, **values}
-        if full is not None and values.get(key) is None and values.get("shape") not in ("mound", "loads"):
-            values = {**values, key: full}
-        return ArgsKwargs(given.args, dict(values)) if isinstance(given, ArgsKwargs) else values
-
-    @model_validator(mode="after")
-    def _settlement_fits(self) -> Movement:
-        """Refuse keys that the shape does not read, and settlements without a size."""
-        require_settlement(self)
-        return self
+    _take_largest_stage = completed_by(_with_size)
 
     @model_validator(mode="after")
     def _stages_fit(self) -> Movement:
+        require_settlement(self)
         if self.local:  # the same side in the words of the movement
             words: dict[str, Kind] = {"dishing": "settle", "doming": "heave"}
             stages = tuple(replace(s, kind=words.get(s.kind, s.kind)) for s in self.stage)

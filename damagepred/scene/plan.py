@@ -7,11 +7,10 @@ from itertools import combinations
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
-from pydantic_core import ArgsKwargs
+from pydantic import AfterValidator, Field
 
 from damagepred.arrays import FloatArray
-from damagepred.scene.described import described
+from damagepred.scene.described import completed_by, described
 from damagepred.scene.loading import Load
 from damagepred.scene.materials import BlockMaterial, HeadJoint, Joint, Loads
 from damagepred.scene.quantity import Length, Pressure, Pure, Stiffness, to_si
@@ -29,6 +28,17 @@ def _check_name(name: str) -> str:
     if not name.isidentifier():
         raise ValueError("must be one word of letters, digits and _, which does not begin with a digit")
     return name
+
+
+def _with_length(table: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Table ``[[wall]]`` with the length between its ends."""
+    if (length := plan_length(table)) is None:
+        return table
+    if "length" in table and abs(to_si(table["length"], "m") - length) > PLAN_TOLERANCE:
+        raise ValueError(f"length: follows from start and end ({length:g} m); leave it out")
+    if length < PLAN_TOLERANCE:
+        raise ValueError(f"end: start and end of wall '{table.get('name')}' are {1e3 * length:.3g} mm apart; move one")
+    return {**table, "length": length}
 
 
 @described
@@ -60,20 +70,7 @@ class PlanWall(Wall):
     head_joint: HeadJoint | None = None
     """Own materials, complete tables; None: the materials of the house."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _take_length(cls, given: Any) -> Any:
-        values = given.kwargs if isinstance(given, ArgsKwargs) else given
-        if not isinstance(values, Mapping) or (length := plan_length(values)) is None:
-            return given
-        if "length" in values and abs(to_si(values["length"], "m") - length) > PLAN_TOLERANCE:
-            raise ValueError(f"length: follows from start and end ({length:g} m); leave it out")
-        if length < PLAN_TOLERANCE:
-            raise ValueError(
-                f"end: start and end of wall '{values.get('name')}' are {1e3 * length:.3g} mm apart; move one"
-            )
-        values = {**values, "length": length}
-        return ArgsKwargs(given.args, values) if isinstance(given, ArgsKwargs) else values
+    _take_length = completed_by(_with_length)
 
     @property
     def direction(self) -> FloatArray:

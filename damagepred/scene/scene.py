@@ -13,14 +13,13 @@ from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
-from pydantic_core import ArgsKwargs
 
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import LOCAL
 from damagepred.errors import InputError, likely_unit, nearest
 from damagepred.inputs.input_files import parse_toml, read_toml
 from damagepred.inputs.text import check_title
-from damagepred.scene.described import build, described, plain, takes_number, unit_of
+from damagepred.scene.described import build, completed_by, described, plain, takes_number, unit_of
 from damagepred.scene.dynamics import Dynamics
 from damagepred.scene.input_tables import profiles_in_metres, with_input_tables, with_roof_in_all
 from damagepred.scene.loading import Load, Loading, Support, check_loads, check_test
@@ -105,12 +104,7 @@ class Scene:
     in_metres: ClassVar[tuple[str, ...]] = ()
     """Profiles that are read from a file with positions in metres."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _take_tables(cls, given: Any) -> Any:
-        if isinstance(given, ArgsKwargs):
-            return ArgsKwargs(given.args, with_climate_zone(with_largest_stage(with_material(given.kwargs or {}))))
-        return with_climate_zone(with_largest_stage(with_material(given))) if isinstance(given, Mapping) else given
+    _completed = completed_by(lambda tables: with_climate_zone(with_largest_stage(with_material(tables))))
 
     @model_validator(mode="after")
     def _fits_together(self) -> Scene:

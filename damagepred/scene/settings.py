@@ -11,12 +11,11 @@ from datetime import date, datetime
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
-from pydantic_core import ArgsKwargs
 
 from damagepred.errors import InputError
 from damagepred.inputs.text import category_names, check_title, written_date
 from damagepred.scene.accuracy import Accuracy, filled_in, preset
-from damagepred.scene.described import described
+from damagepred.scene.described import completed_by, described
 from damagepred.scene.quantity import Count, Length, Pure
 
 AdvancedTables = dict[str, dict[str, Any]]
@@ -140,12 +139,7 @@ class Solver:
     """Tables of options of the algorithms, for experts, such as ``[solver.advanced.newton] max_iterations = 30``; keys,
     meanings and defaults: ``damagepred.solvers.options``."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _by_accuracy(cls, given: Any) -> Any:
-        if isinstance(given, ArgsKwargs):
-            return ArgsKwargs(given.args, filled_in(_of_today(given.kwargs or {})))
-        return filled_in(_of_today(given)) if isinstance(given, Mapping) else given
+    _by_accuracy = completed_by(lambda table: filled_in(_of_today(table)))
 
     def with_accuracy(self, accuracy: Accuracy) -> Solver:
         """Same settings with all keys of another preset."""

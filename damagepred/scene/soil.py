@@ -10,10 +10,9 @@ from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import ArgsKwargs
 
 from damagepred.errors import InputError
-from damagepred.scene.described import described, require_name
+from damagepred.scene.described import completed_by, described, require_name
 from damagepred.scene.movement_stage import Kind
 from damagepred.scene.quantity import Count, Length, Pure, Stiffness
 from damagepred.scene.site import of_climatic_zone, suction_depth
@@ -90,6 +89,12 @@ class SoilLayer:
         return self
 
 
+def _with_suction_change(table: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Table ``[suction]`` with the change of its climatic zone, unless it is given."""
+    zone = _zone(table)
+    return table if zone is None else {"change": of_climatic_zone("suction_change", zone), **table}
+
+
 @described
 class Suction:
     """Design change of the soil's suction (``[suction]``), read with ``[[soil_layer]]``.
@@ -119,14 +124,7 @@ class Suction:
     """Soil between the end of the log and ``mound.suction_depth``. ``extend``: as the last layer. ``inert``: no
     movement, as in rock. None: a log that ends too early is refused."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _of_zone(cls, given: Any) -> Any:
-        """Take the change of suction of the climatic zone, unless it is given."""
-        values = given.kwargs if isinstance(given, ArgsKwargs) else given
-        if not isinstance(values, Mapping) or "change" in values or (zone := _zone(values)) is None:
-            return given
-        return {"change": of_climatic_zone("suction_change", zone), **values}
+    _of_zone = completed_by(_with_suction_change)
 
 
 def with_climate_zone(tables: Mapping[str, Any]) -> dict[str, Any]:

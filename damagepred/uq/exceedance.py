@@ -1,4 +1,4 @@
-"""The probability that a category is reached by a movement, and a category's median movement, from a study's walls.
+"""The probability that a category is reached by a movement, from a study's walls.
 
 One estimate serves every command: redistribution to the right (Efron 1967; without intervals, Kaplan and Meier). A wall
 that was not followed as far takes the share of those followed further. This is unbiased if the end of a path does not
@@ -27,14 +27,11 @@ from damagepred.uq.estimate import (
     effective_samples,
     normal_factor,
     probability,
-    student_factor,
 )
 from damagepred.uq.failure_bounds import failure_bounds
-from damagepred.uq.fragility import fit_fragility, fit_lognormal, normalised_weights
-from damagepred.uq.fragility.bands import draw_parameters, effective_reached
+from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.describe import probability_at
-from damagepred.uq.fragility.estimators import estimators
-from damagepred.uq.fragility.fit import WITH_CURVE, group_intervals
+from damagepred.uq.fragility.fit import WITH_CURVE
 from damagepred.uq.intensity import (
     attributes,
     chosen_intensity,
@@ -44,7 +41,6 @@ from damagepred.uq.intensity import (
     shown_measure,
 )
 from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
-from damagepred.uq.random_streams import RandomStream, generator
 
 PRIOR = 0.5
 """Walls added on either side for the precision of censored walls: one that reached the category just at the movement,
@@ -52,7 +48,6 @@ one that did not (Jeffreys' prior of a share)."""
 
 LEAST_MISSING = 1e-6  # share of its own movement that a failed wall lacks at least
 RESOLUTION = 1e-12  # smallest difference of a pseudo-value from 0 and 1 that is no rounding
-MEDIAN_RESAMPLES = 100  # resamples for the error of a median
 CURVE_RESAMPLES = 300  # resamples for the error of a probability that is read from a curve
 
 
@@ -368,52 +363,3 @@ def _from_curve(ds: xr.Dataset, category: int, movement: float, confidence: floa
         bounds = [float(np.interp(movement, curve["intensity"].values, end)) for end in ends]
     estimate = Estimate(value, error, lower, upper, confidence, len(walls.lower) - failed, kish)
     return Exceedance(estimate, failed, bounds[0], bounds[1], 0)
-
-
-@one_blas_thread()
-def median_movement(
-    ds: xr.Dataset, category: int, *, confidence: float = 0.9, intensity: str | None = None, seed: int = 0
-) -> Estimate:
-    """Median of the lognormal curve, beyond the walls a lower bound; the error is the error of its logarithm."""
-    walls = category_capacities(ds, category, intensity)
-    # walls damaged before any movement are no part of the curve of the others
-    walls = walls._replace(upper=np.where(walls.upper <= 0, np.inf, walls.upper))
-    median = _median_of(walls, category, confidence, seed)
-    if not median.value > walls.followed * (1 + capacity.ROUNDING):
-        return median
-    return median._replace(value=walls.followed, error=np.nan, lower=min(median.lower, walls.followed), upper=np.inf)
-
-
-def _median_of(walls: CategoryCapacities, category: int, confidence: float, seed: int) -> Estimate:
-    """Median of the lognormal curve, wherever it lies."""
-    count, heavy = len(walls.lower), walls.heavy
-    kish = effective_samples(heavy)
-    fit = _median(walls, heavy)
-    if not np.isfinite(fit):
-        return Estimate(np.nan, np.nan, 0.0, np.inf, confidence, count, kish)
-    if walls.replicate is not None:
-        labels = np.unique(walls.replicate)
-        others = np.log([_median(walls, heavy * (walls.replicate != label)) for label in labels])
-        groups = len(labels)
-        error = float(np.sqrt((groups - 1) / groups * ((others - others.mean()) ** 2).sum()))
-        factor = student_factor(confidence, groups - 1)
-    else:
-        weight = normalised_weights(heavy, walls.upper)
-        (estimator,) = estimators(group_intervals(walls.lower[None], walls.upper[None], weight))
-        draws = draw_parameters(estimator, MEDIAN_RESAMPLES, generator(seed, RandomStream.BOOTSTRAP, category))
-        logarithm = draws.parameters[:, 1] / draws.parameters[:, 0]
-        if draws.resampled is None:
-            lower, upper = np.exp(np.quantile(logarithm, [0.5 * (1 - confidence), 0.5 * (1 + confidence)]))
-            return Estimate(fit, fit * float(logarithm.std()), float(lower), float(upper), confidence, count, kish)
-        error = float(np.std(logarithm, ddof=1)) if len(logarithm) > 1 else np.nan
-        factor = student_factor(confidence, effective_reached(estimator) - 1.0)
-    if not np.isfinite(error):
-        return Estimate(fit, np.nan, 0.0, np.inf, confidence, count, kish)
-    lower, upper = fit * np.exp(-factor * error), fit * np.exp(factor * error)
-    return Estimate(fit, fit * error, lower, upper, confidence, count, kish)
-
-
-def _median(walls: CategoryCapacities, heavy: FloatArray) -> float:
-    used = heavy > 0
-    counts = normalised_weights(heavy[used], walls.upper[used])
-    return fit_lognormal(walls.lower[used], walls.upper[used], counts).median

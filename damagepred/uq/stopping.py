@@ -7,23 +7,33 @@ recursive integration (Armitage, McPherson and Rowe 1969). For replicated Sobol 
 from __future__ import annotations
 
 import itertools
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 import numpy as np
 import scipy
 import xarray as xr
-from pydantic import Field
+from pydantic import Field, model_validator
 from scipy import special
 
 from damagepred.arrays import FloatArray
-from damagepred.errors import InputError
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.scene.described import described
+from damagepred.scene.described import completed_by, described
 from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.uq.estimate import Estimate
-from damagepred.uq.exceedance import exceedance, median_movement
+from damagepred.uq.exceedance import exceedance
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(80)
+
+
+def _without_quantity(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Table without the key of older versions, which chose between a probability and a median."""
+    if table.get("quantity") == "median":
+        raise ValueError(
+            "quantity = 'median': has been removed; give at, a movement near the median, and the half_width of the "
+            "probability there"
+        )
+    return {key: value for key, value in table.items() if key != "quantity"}
 
 
 @described
@@ -32,12 +42,10 @@ class StopWhen:
 
     category: Annotated[Count, Field(ge=1)]
     """Category, or worse."""
-    quantity: Literal["probability", "median"] = "probability"
-    """The probability of it at the movement ``at``, or its median movement."""
-    at: Length | None = Field(default=None, gt=0)
-    """Movement (m), for a probability."""
-    half_width: Length | None = Field(default=None, gt=0)
-    """Of the confidence interval: of a probability as it is, of a median in m."""
+    at: Length = Field(gt=0)
+    """Movement (m) at which the probability of the category is estimated."""
+    half_width: Pure | None = Field(default=None, gt=0)
+    """Of the confidence interval (1)."""
     relative_half_width: Pure | None = Field(default=None, gt=0)
     """The same over the estimate."""
     confidence: Pure = Field(default=0.9, gt=0, lt=1)
@@ -45,18 +53,17 @@ class StopWhen:
     first: Count = Field(default=64, ge=8)
     """Walls at the first interim analysis; each further one is at twice as many."""
 
-    def check(self) -> None:
-        """Check the combination of fields."""
+    _without_quantity = completed_by(_without_quantity)
+
+    @model_validator(mode="after")
+    def _has_one_width(self) -> StopWhen:
         if (self.half_width is None) == (self.relative_half_width is None):
-            raise InputError("[study.stop_when]: takes half_width or relative_half_width, one of them.")
-        if (self.at is None) != (self.quantity == "median"):
-            raise InputError('[study.stop_when]: quantity = "probability" takes at, a movement; "median" takes none.')
+            raise ValueError("takes half_width or relative_half_width, one of them")
+        return self
 
     def estimate(self, ds: xr.Dataset, confidence: float) -> Estimate:
-        """Named quantity from a study."""
-        if self.quantity == "median":
-            return median_movement(ds, self.category, confidence=confidence)
-        return exceedance(ds, self.category, float(self.at or 0.0), confidence=confidence).estimate
+        """Probability from a study."""
+        return exceedance(ds, self.category, self.at, confidence=confidence).estimate
 
     def met(self, estimate: Estimate) -> bool:
         """Whether the interval is narrow enough."""
@@ -67,10 +74,8 @@ class StopWhen:
         return estimate.half_width <= float(self.relative_half_width or 0.0) * estimate.value
 
     def name(self) -> str:
-        """Quantity in words."""
-        if self.quantity == "median":
-            return f"median movement of category {self.category}"
-        return f"P(category >= {self.category} at {1e3 * float(self.at or 0):g} mm)"
+        """Probability in words."""
+        return f"P(category >= {self.category} at {1e3 * self.at:g} mm)"
 
 
 def interim_sizes(first: int, most: int) -> list[int]:

@@ -15,7 +15,7 @@ from scipy import special
 
 from damagepred.arrays import FloatArray
 from damagepred.uq.estimate import probability
-from damagepred.uq.exceedance import exceedance, median_movement
+from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import fit_fragility, fit_surface
 from damagepred.uq.samplers import unit_points
 from damagepred.uq.sensitivity import sensitivity_indices
@@ -153,15 +153,6 @@ def surface(random: np.random.Generator, walls: int, slope: float = 0.7) -> Foun
         "probability": (middle.isel(intensity=4), float(special.ndtr(np.log(at / (8e-3 * z**slope)) / 0.4))),
     }
     return {k: (float(one[f"{k}_lower"]), float(one[f"{k}_upper"]), value) for k, (one, value) in truth.items()}
-
-
-def median_of(random: np.random.Generator, walls: int, replicates: int = 1, end: float = 20e-3) -> Found:
-    """Give the median movement of a stopping rule."""
-    u = unit_points("sobol", 2, walls, seed_of(random), replicates) if replicates > 1 else random.random((walls, 2))
-    capacity = 8e-3 * np.exp(0.4 * special.ndtri(u).sum(axis=1) / np.sqrt(2))
-    ds = paths(capacity, end, 40).assign_attrs(replicates=replicates)
-    e = median_movement(ds, 1, seed=seed_of(random))
-    return {"median": (e.lower, e.upper, 8e-3)}
 
 
 def own_movements(random: np.random.Generator, walls: int) -> Found:
@@ -323,11 +314,6 @@ def cases() -> dict[tuple[str, str], Case]:
         found["curve, empirical", f"{n} walls"] = partial(empirical, walls=n)
     for n in (8, 60):
         found["surface", f"{n} walls"] = partial(surface, walls=n)
-    for n in (8, 64):
-        found["median", f"{n} walls"] = partial(median_of, walls=n)
-    found["median", "64 walls, a fifth damaged"] = partial(median_of, walls=64, end=5.7e-3)
-    for n in (64, 256):
-        found["median", f"{n} Sobol points, 8 scrambles"] = partial(median_of, walls=n, replicates=8)
     for n in (30, 200):
         found["estimate, each wall its own movement", f"{n} walls"] = partial(own_movements, walls=n)
     for n in (20, 200):

@@ -189,6 +189,7 @@ def test_a_key_that_has_been_removed_is_named_and_has_no_effect(key: str, value:
 def test_frozen_studies_with_removed_keys_are_read_as_before() -> None:
     tables = tomllib.loads(settings().to_toml())
     tables["study"] |= {"crossed": True, "coarse": {"wall": {"block_length": 0.48}}, "time_budget": 4.0}
+    tables["study"]["stop_when"] = {"category": 1, "quantity": "median", "half_width": 0.001}
     frozen = read_frozen(tomli_w.dumps(tables))
     assert frozen == replace(settings(), study=replace(settings().study, crossed=True))
     friction = frozen.design().wall_values(8)["joint.friction"].reshape(2, 2, 2)

@@ -8,7 +8,6 @@ import xarray as xr
 from scipy import special, stats
 
 from damagepred.errors import InputError
-from damagepred.uq.exceedance import median_movement
 from damagepred.uq.fragility import bands, fit_fragility, fit_lognormal, likelihood, turnbull
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import group_intervals
@@ -205,16 +204,6 @@ def test_draws_of_a_posterior_have_the_mean_of_its_integral() -> None:
     exact = np.average(grid, axis=0, weights=np.exp(terms.value - terms.value.max()) * prior * grid[:, 0])
     draws = [bands.sample_posterior(estimator, np.random.default_rng(seed)) for seed in range(6)]
     np.testing.assert_allclose(np.mean(draws, axis=(0, 1)), exact, rtol=0.015)
-
-
-@pytest.mark.parametrize(("situation", "value"), [("10 % failed", "median"), ("both", "median_lower_bound")])
-def test_the_median_that_a_study_stops_at_is_that_of_the_curve(situation: str, value: str) -> None:
-    ds = made_up(situation, 5, 200)
-    curve = fit_fragility(ds, categories=[1], bootstrap=400).isel(category=0)
-    found = median_movement(ds, 1)
-    assert found.value == pytest.approx(float(curve[value]), rel=1e-9)
-    assert found.lower == pytest.approx(float(curve["median_lower"]), rel=0.05)
-    assert found.upper == pytest.approx(float(curve["median_upper"]), rel=0.05)
 
 
 INF = np.inf

@@ -12,6 +12,7 @@ from scipy.stats import kstest
 from damagepred.analyses.stored_walls import require_on
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Movement, Opening, Scene, Wall
+from damagepred.scene.described import build
 from damagepred.uq import capacity
 from damagepred.uq.capacity import Capacities, category_number, highest_category, require_categories
 from damagepred.uq.design import Sampler
@@ -575,13 +576,15 @@ def test_rules_to_stop_by_hand() -> None:
         assert StopWhen(category=2, at="6 mm", **width).met(known) == met
     rule = StopWhen(category=2, at="6.5 mm", half_width=0.1)
     assert rule.name() == "P(category >= 2 at 6.5 mm)"
-    assert StopWhen(category=3, quantity="median", half_width=0.1).name() == "median movement of category 3"
     assert not rule.met(known._replace(lower=-np.inf, upper=np.inf))
     for wrong in (
         {"at": 1.0},
         {"at": 1.0, "half_width": 0.1, "relative_half_width": 0.1},
-        {"half_width": 0.1},
-        {"at": 1.0, "half_width": 0.1, "quantity": "median"},
     ):
-        with pytest.raises(InputError, match=r"study\.stop_when"):
-            StopWhen(category=1, **wrong).check()
+        with pytest.raises(InputError, match="takes half_width or relative_half_width, one of them"):
+            StopWhen(category=1, **wrong)
+    with pytest.raises(InputError, match="at: is missing"):
+        StopWhen(category=1, half_width=0.1)
+    assert build(StopWhen, {"category": 1, "at": 1.0, "half_width": 0.1, "quantity": "probability"}, "").at == 1.0
+    with pytest.raises(InputError, match="quantity = 'median': has been removed; give at"):
+        build(StopWhen, {"category": 1, "half_width": 0.1, "quantity": "median"}, "study.toml")

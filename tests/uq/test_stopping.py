@@ -9,7 +9,7 @@ from damagepred.analyses.epistemic import Alternative
 from damagepred.cli.sentences import estimate_lines
 from damagepred.errors import InputError
 from damagepred.uq.estimate import probability
-from damagepred.uq.exceedance import exceedance, median_movement
+from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import fit_surface
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 
@@ -80,18 +80,6 @@ def test_exceedance_counts_walls() -> None:
         exceedance(ds, 1, 0.0)
 
 
-def test_the_error_of_a_median_is_that_of_the_jackknife() -> None:
-    """From the medians without one scramble after the other, by their own fits."""
-    random = np.random.default_rng(2)
-    shared = 0.1 * random.standard_normal(5)[np.arange(60) % 5]
-    capacity = 0.008 * np.exp(0.3 * random.standard_normal(60) + shared)
-    found = median_movement(study(capacity, replicates=5), 1)
-    others = np.log([median_movement(study(capacity[np.arange(60) % 5 != k]), 1).value for k in range(5)])
-    error = np.sqrt(4 / 5 * ((others - others.mean()) ** 2).sum())
-    assert found.error == pytest.approx(found.value * error, rel=1e-6)
-    assert found.upper == pytest.approx(found.value * np.exp(stats.t.ppf(0.95, 4) * error), rel=1e-6)
-
-
 CAPACITY = np.array([0.0035, 0.0065, 0.0125, 0.03])
 
 
@@ -115,8 +103,6 @@ def test_unknown_names_are_refused_in_all_branches(single: bool, begun: bool) ->
         ds = ds.drop_vars("damage_category")
     with pytest.raises(InputError, match="no variable 'typo'"):
         exceedance(ds, 1, 0.007, intensity="typo")
-    with pytest.raises(InputError, match="no variable 'typo'"):
-        median_movement(ds, 1, intensity="typo")
 
 
 def test_categories_beyond_the_table_are_refused() -> None:
@@ -125,8 +111,6 @@ def test_categories_beyond_the_table_are_refused() -> None:
         message = f"category = {category}: .* categories 1 to 1"
         with pytest.raises(InputError, match=message):
             exceedance(ds, category, 0.007)
-        with pytest.raises(InputError, match=message):
-            median_movement(ds, category)
         with pytest.raises(InputError, match=message):
             exceedance(ds.isel(increment=-1), category, 0.007)
         with pytest.raises(InputError, match=message):
