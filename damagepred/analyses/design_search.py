@@ -24,7 +24,7 @@ from damagepred.arrays import FloatArray
 from damagepred.campaign.campaign import Campaign, Progress
 from damagepred.campaign.cost_estimate import seconds_per_wall
 from damagepred.campaign.dispatch import sample_timeout
-from damagepred.campaign.settings import StudySettings, key_values, merged, study_tables
+from damagepred.campaign.settings import StudySettings, study_tables
 from damagepred.campaign.workers import SharedPool
 from damagepred.errors import InputError, require_count
 from damagepred.formatting import duration
@@ -33,6 +33,7 @@ from damagepred.inputs.input_files import read_toml
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.scene.described import build, described
+from damagepred.scene.keys import key_values, merged
 from damagepred.scene.quantity import Count, Pure
 from damagepred.uq.exceedance import category_capacities, known_hits, wanted_movement
 from damagepred.uq.intensity import attributes, chosen_intensity

@@ -19,7 +19,7 @@ from damagepred.archive.folder import open_study
 from damagepred.campaign.campaign import Campaign
 from damagepred.campaign.cost_estimate import seconds_per_wall
 from damagepred.campaign.dispatch import sample_timeout
-from damagepred.campaign.settings import StudySettings, study_tables, with_value
+from damagepred.campaign.settings import StudySettings, study_tables
 from damagepred.campaign.workers import SharedPool
 from damagepred.errors import InputError, require_count
 from damagepred.formatting import duration
@@ -27,6 +27,7 @@ from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import parse_toml
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
+from damagepred.scene.keys import merged
 from damagepred.scene.number_table import NumberTable, read_number_table
 from damagepred.uq.exceedance import (
     category_capacities,
@@ -190,7 +191,7 @@ def _house(
         elif cell and header not in PLACES:
             keys.append(SHORT_NAMES.get(header, header))
             try:
-                of_scene = with_value(of_scene, keys[-1], _value(table, k, cell))
+                of_scene = merged(of_scene, {keys[-1]: _value(table, k, cell)})
             except InputError as error:
                 raise InputError(f"{source}, {header} = {cell!r}: {error}") from None
     study, folder = files

@@ -25,7 +25,7 @@ from damagepred.assembly import NO_LIMITS, Limits
 from damagepred.campaign.cost_estimate import require_affordable
 from damagepred.campaign.dispatch import Batches, Engine, GivenExecutor, LostSample, run_all, sample_timeout
 from damagepred.campaign.sample import joint_places, sample_of
-from damagepred.campaign.settings import StudySettings, differing_keys, read_frozen
+from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.warm_up import warm_up
 from damagepred.campaign.workers import LocalPool
 from damagepred.enumerations import UNSOLVED, SampleStatus
@@ -36,6 +36,7 @@ from damagepred.runtime.numpy_defaults import numpy_defaults
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.scene.described import plain
+from damagepred.scene.keys import differing_keys
 from damagepred.solvers.options import SolverOptions
 from damagepred.uq.fields import WallFields
 

@@ -28,7 +28,8 @@ from damagepred.one_wall.solve import solve
 from damagepred.scene import House, Scene, SoilLayer, Suction, site_class, site_classes, surface_movement
 from damagepred.scene.accuracy import PRESETS, Measured, measured, preset
 from damagepred.scene.assumed import ground_line
-from damagepred.scene.scene import STUDY_KEYS, step_names
+from damagepred.scene.keys import step_names
+from damagepred.scene.scene import STUDY_KEYS
 from damagepred.scene.what_moves import what_moves
 
 MOST_SAMPLES = 10**9  # largest number of samples: the points of a scrambled Sobol sequence

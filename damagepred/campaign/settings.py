@@ -5,9 +5,8 @@ from __future__ import annotations
 import dataclasses
 import math
 import warnings
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from copy import copy
-from functools import reduce
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -30,7 +29,7 @@ from damagepred.scene.described import build, described, plain
 from damagepred.scene.material_library import material
 from damagepred.scene.plausibility import require_possible
 from damagepred.scene.quantity import Count, Pure, to_si
-from damagepred.scene.scene import entry_number, step_names, unchecked_scene
+from damagepred.scene.scene import unchecked_scene
 from damagepred.solvers.options import SolverOptions
 from damagepred.uq.design import Design, Sampler
 from damagepred.uq.importance import Proposal, check
@@ -471,58 +470,6 @@ def study_tables(file: Path) -> tuple[dict[str, Any], Path]:
     if isinstance(name := tables["scene"], str):
         tables["scene"], folder = read_toml(folder / name), (folder / name).parent
     return tables, folder
-
-
-def key_values(tables: Mapping[str, Any], table: str = "") -> Iterator[tuple[str, Any]]:
-    """Keys of nested tables, such as ``joint.friction``, and their values; an empty table is a value."""
-    for name, value in tables.items():
-        if isinstance(value, Mapping) and value:
-            yield from key_values(value, f"{table}{name}.")
-        else:
-            yield f"{table}{name}", value
-
-
-def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Nested tables with the values of other tables."""
-    return reduce(lambda both, change: with_value(both, *change), key_values(changes), tables)
-
-
-def with_value(tables: Any, key: str, value: Any, table: str = "") -> Any:
-    """Copy of a scene's tables with another value; ``wall.thickness`` is of all walls of a house.
-
-    ``table``: key of the tables themselves, for messages.
-    """
-    step, _, rest = key.partition(".")
-    path = f"{table}.{step}" if table else step
-    if isinstance(tables, list):
-        if not rest and all(isinstance(entry, Mapping) and "start" in entry for entry in tables):
-            return [{**wall, step: value} for wall in tables]
-        if (number := entry_number(tables, step)) < 0:
-            names = ", ".join(step_names(tables))
-            raise InputError(f"{path}: there is no such {table}; the study has {names}.")
-        old = tables[number] if isinstance(tables[number], Mapping) else {}
-        return [*tables[:number], with_value(old, rest, value, path) if rest else value, *tables[number + 1 :]]
-    old = tables.get(step)
-    if not rest:
-        return {**tables, step: old if value == {} and isinstance(old, Mapping) else value}
-    if not isinstance(old, Mapping | list):
-        if rest.split(".")[0].isdigit():
-            raise InputError(f"{path}: the study has none; give one there first.")
-        old = {}
-    return {**tables, step: with_value(old, rest, value, path)}
-
-
-def differing_keys(first: Mapping[str, Any], second: Mapping[str, Any], prefix: str = "") -> list[str]:
-    """Dotted keys in which two nested mappings differ."""
-    differences: list[str] = []
-    for key in sorted({*first, *second}):
-        dotted = f"{prefix}.{key}" if prefix else str(key)
-        a, b = first.get(key), second.get(key)
-        if isinstance(a, Mapping) and isinstance(b, Mapping):
-            differences += differing_keys(a, b, dotted)
-        elif a != b:
-            differences.append(f"{dotted} (was {a!r}, is {b!r})")
-    return differences
 
 
 def read_frozen(text: str) -> StudySettings:

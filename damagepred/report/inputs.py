@@ -20,8 +20,8 @@ from damagepred.inputs.data_files import CONFIDENCE, data_tables
 from damagepred.report.parts import Part, Section, Text
 from damagepred.results.tables import Table
 from damagepred.scene import House, Scene, masonry_library
+from damagepred.scene.keys import step_names
 from damagepred.scene.quantity import to_si, unit_in
-from damagepred.scene.scene import step_names
 from damagepred.uq.variable import Variable
 
 HEADS = {

@@ -50,12 +50,12 @@ def described(cls: type[T]) -> type[T]:
 def completed_by(complete: Callable[[Mapping[str, Any]], Mapping[str, Any]]) -> Any:
     """Validator of a described class that completes the keys given in a file or a call before they are checked."""
 
-    def validator(_: type, given: Any) -> Any:
+    def validator(given: Any) -> Any:
         if isinstance(given, ArgsKwargs):
             return ArgsKwargs(given.args, dict(complete(given.kwargs or {})))
         return complete(given) if isinstance(given, Mapping) else given
 
-    return model_validator(mode="before")(classmethod(validator))
+    return model_validator(mode="before")(validator)
 
 
 def require_name(item: Any, what: str, example: str) -> None:

@@ -14,13 +14,14 @@ from pydantic import Field, model_validator
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.scene.described import described, takes_number
+from damagepred.scene.keys import require_own_names, step_names
 from damagepred.scene.materials import Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement
 from damagepred.scene.movement_stage import OPPOSITE, Kind
 from damagepred.scene.plan import Corner, Junction, PlanWall, junctions
 from damagepred.scene.plan_ground import REACTIVE, GroundSource, Outline, PlanMound, check_grid, drift, rise
-from damagepred.scene.scene import Scene, step_names
+from damagepred.scene.scene import Scene
 from damagepred.scene.wall import Wall
 
 OF_EACH_WALL = ("opening", "control_joint", "load")  # tables that a house has per wall
@@ -64,11 +65,9 @@ class House(Scene):
 
     @model_validator(mode="after")
     def _fits_together(self) -> House:
-        names = self.names
-        if not names:
+        if not self.wall:
             raise ValueError("wall: is an empty list; give the walls of the house, each as [[wall]]")
-        if twice := [name for name in names if names.count(name) > 1]:
-            raise ValueError(f"wall: two walls have the name '{twice[0]}'; give each wall its own")
+        require_own_names("wall", self.wall, "walls")
         for name in OF_EACH_WALL:
             if getattr(self, name):
                 raise ValueError(f"{name}: belongs to one wall; write it as [[wall.{name}]] below its [[wall]]")
@@ -95,10 +94,8 @@ class House(Scene):
         self._mound_fits(self.mound, self.movement.kind, "movement.kind")
         if self.source and not self.mound.surface_movement:
             raise ValueError("source: comes in addition to a movement of [mound]; describe one source there")
-        names = step_names(self.source)
-        if twice := [name for name in names if names.count(name) > 1]:
-            raise ValueError(f"source: two have the name '{twice[0]}'; give each its own")
-        for name, source in zip(names, self.source):
+        require_own_names("source", self.source, "sources")
+        for name, source in zip(step_names(self.source), self.source):
             try:
                 self._mound_fits(source, source.kind, "kind")
             except ValueError as error:

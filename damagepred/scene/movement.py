@@ -216,8 +216,6 @@ class Movement:
     @model_validator(mode="after")
     def _table_fits(self) -> Movement:
         if self.shape != "table":
-            if self.table:
-                raise ValueError(f"table: only read with shape = 'table'; here shape = '{self.shape}'")
             return self
         for name, points, least in (("table", self.table, 3 - self.settles), ("horizontal", self.horizontal, 2)):
             if points or name == "table":

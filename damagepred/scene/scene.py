@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache, cached_property, reduce
-from itertools import combinations
-from math import ceil, floor
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -15,14 +12,25 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from damagepred.arrays import FloatArray
-from damagepred.enumerations import LOCAL
-from damagepred.errors import InputError, likely_unit, nearest
+from damagepred.errors import InputError, nearest
 from damagepred.inputs.input_files import parse_toml, read_toml
 from damagepred.inputs.text import check_title
+from damagepred.scene.consistency import (
+    check_control_joints,
+    check_dpc,
+    check_footing,
+    check_ground,
+    check_openings,
+    check_run_in_time,
+    check_size,
+    check_slow_strains,
+    check_test_and_loads,
+)
 from damagepred.scene.described import build, completed_by, described, plain, takes_number, unit_of
 from damagepred.scene.dynamics import Dynamics
 from damagepred.scene.input_tables import profiles_in_metres, with_input_tables, with_roof_in_all
-from damagepred.scene.loading import Load, Loading, Support, check_loads, check_test
+from damagepred.scene.keys import entry_number, field_values, step_names, written_values
+from damagepred.scene.loading import Load, Loading, Support
 from damagepred.scene.material_library import with_material
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
 from damagepred.scene.mound import Mound
@@ -35,7 +43,7 @@ from damagepred.scene.settings import Damage, Report, Solver
 from damagepred.scene.settlement import POINTS, signed_size
 from damagepred.scene.soil import Soil, SoilLayer, Suction, surface_movement, with_climate_zone
 from damagepred.scene.strain import Creep, Strain
-from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall, thin_strips
+from damagepred.scene.wall import ControlJoint, Opening, Wall, thin_strips
 
 STUDY_KEYS = ("scene", "study", "variables", "correlation")  # keys of study files only
 
@@ -110,62 +118,17 @@ class Scene:
     def _fits_together(self) -> Scene:
         if isinstance(self.wall, tuple):  # a house as the scene of a study: it has checked itself
             return self
-        if self.head_joint is not None:
-            self.head_joint.joint(self.joint)  # checks the combination of both
-        wall = self.wall
-        tolerance = 1e-9 * wall.length
-        for number, hole in enumerate(self.opening, start=1):
-            name = f"opening {number} ({hole.kind})"
-            if hole.right > wall.length + tolerance:
-                raise ValueError(
-                    f"{name}: x + width = {hole.right:g} m reaches outside the wall, whose length is {wall.length:g} m."
-                    + likely_unit(hole.right, wall.length, "m")
-                )
-            if hole.top > wall.height + tolerance:
-                raise ValueError(
-                    f"{name}: y + height = {hole.top:g} m reaches outside the wall, whose height is {wall.height:g} m."
-                    + likely_unit(hole.top, wall.height, "m")
-                )
-            if hole.top > (lowest := wall.lowest_top(hole.x, hole.right)) + tolerance:
-                raise ValueError(
-                    f"{name}: y + height = {hole.top:g} m reaches above the top of the wall there, {lowest:g} m; make "
-                    "it lower, or raise wall.top"
-                )
-            if hole.width >= wall.length - tolerance:
-                raise ValueError(f"{name}: width = {hole.width:g} m leaves no wall beside it; make it narrower")
-            self._outlives_the_gauge(name, hole)
-        for (i, first), (j, second) in combinations(enumerate(self.opening, start=1), 2):
-            if first.overlaps(second):
-                raise ValueError(
-                    f"openings {i} and {j} overlap or touch: x {first.x:g}-{first.right:g} m and "
-                    f"{second.x:g}-{second.right:g} m; move one or make them one opening"
-                )
-        if self.dpc is not None:
-            courses = max(1, floor(wall.height / wall.block_height * (1 + 1e-9) + 0.5))
-            if self.dpc.course >= courses:
-                raise ValueError(
-                    f"dpc.course = {self.dpc.course}: the wall has {courses} courses, so the dpc can lie on top of "
-                    f"1 to {courses - 1} of them"
-                )
-        self._dpc_is_in_the_wall()
-        self._control_joints_fit()
-        self._ground_fits()
-        self._test_fits()
-        if self.movement.stage and self.movement.shape == "jacks" and self.rig.control == "load":
-            raise ValueError("movement.stage: on jacks, stages need rig.control = 'deflection'")
+        _ = self.heads  # checks the combination with the joints
+        check_openings(self)
+        check_dpc(self)
+        check_control_joints(self)
+        check_run_in_time(self)
+        check_footing(self)
+        check_ground(self)
+        check_test_and_loads(self)
         self._take_surface_movement()
-        if self.movement.stage and self.movement.shape == "mound":
-            self.movement.require_largest("surface_movement", self.mound.surface_movement)
-        self._slow_strains_fit()
-        if self.movement.stage and self.dynamics is not None:
-            raise ValueError("dynamics: a run in time reads no stages; leave out [dynamics], or [[movement.stage]]")
-        size = self.movement.size
-        if (self.movement.settles or self._deflection_is_given) and size > 0.1 * wall.length:
-            raise ValueError(
-                f"{self.movement_key} = {size:g} m: more than a tenth of the "
-                f"wall's length ({wall.length:g} m) is outside the small rotations of this model."
-                + likely_unit(size, 0.1 * wall.length, "m")
-            )
+        check_slow_strains(self)
+        check_size(self)
         return self
 
     def _take_surface_movement(self) -> None:
@@ -188,142 +151,6 @@ class Scene:
             if seasons is not None:
                 movement = self.movement.largest
             object.__setattr__(self, "mound", replace(self.mound, surface_movement=movement))
-
-    def _outlives_the_gauge(self, name: str, hole: Opening) -> None:
-        """Refuse openings, and strips of wall beside them, that are too narrow for joints on both sides."""
-        wall = self.wall
-        along, up = EDGE_TOLERANCE * wall.block_length / 2, EDGE_TOLERANCE * wall.block_height
-        for what, size, least in (
-            ("width", hole.width, along),
-            ("strip of wall on its left", hole.x, along),
-            ("strip of wall on its right", wall.length - hole.right, along),
-            ("height", hole.height, up),
-            ("strip of wall below it", hole.y, up),
-            ("strip of wall above it", wall.lowest_top(hole.x, hole.right) - hole.top, up),
-        ):
-            if 1e-9 * wall.length < size <= least:
-                raise ValueError(
-                    f"{name}: the {what} is {size:g} m and would vanish as bricks are laid; take more than {least:g} m"
-                )
-
-    def _dpc_is_in_the_wall(self) -> None:
-        if self.dpc is None:
-            return
-        level = self.dpc.course * self.wall.block_height
-        for number, hole in enumerate(self.opening, start=1):
-            if hole.kind == "window" and hole.y + 0.5 * self.wall.block_height < level < hole.top:
-                below = floor(hole.y / self.wall.block_height + 1e-9)
-                above = ceil(hole.top / self.wall.block_height - 1e-9)
-                raise ValueError(
-                    f"dpc.course = {self.dpc.course}: the dpc would lie {level:g} m up, in opening {number} (window), "
-                    f"which reaches from {hole.y:g} to {hole.top:g} m; take {below}, below the window, or "
-                    f"{above}, above a basement window"
-                )
-
-    def _control_joints_fit(self) -> None:
-        half = 0.5 * self.wall.block_length * (1 - 1e-9)
-        positions = [0.0, *sorted(joint.x for joint in self.control_joint), self.wall.length]
-        for number, joint in enumerate(self.control_joint, start=1):
-            before, after = positions[positions.index(joint.x) - 1], positions[positions.index(joint.x) + 1]
-            if joint.x >= self.wall.length or min(joint.x - before, after - joint.x) < half:
-                raise ValueError(
-                    f"control joint {number}: x = {joint.x:g} m must lie half a brick ({half:g} m) or more from the "
-                    f"ends of the wall (0 and {self.wall.length:g} m) and from other control joints"
-                )
-        if self.control_joint and self.dynamics is not None:
-            raise ValueError(
-                "dynamics: a run in time has no control joints; leave out [dynamics], or [[control_joint]]"
-            )
-
-    def _ground_fits(self) -> None:
-        shape, footing = self.movement.shape, self.solver.footing
-        if footing == "beam" and self.movement.prescribed:
-            raise ValueError(
-                f"solver.footing = 'beam': goes with movement.shape = 'jacks' or 'mound', on which the footing finds "
-                f"its own form; here movement.shape = '{shape}'. Take footing = 'none' or 'deformable', or leave it out"
-            )
-        if footing == "none" and not self.movement.prescribed:
-            raise ValueError(
-                f"solver.footing = 'none': movement.shape = '{shape}' needs a footing that finds its own form; take "
-                "footing = 'beam' or 'deformable', or leave it out"
-            )
-        if footing == "deformable" and self.footing.concrete is not None:
-            raise ValueError(
-                "footing.concrete: zones of a footing stay elastic, so it cannot crack with solver.footing = "
-                "'deformable'; take footing = 'beam', or leave out [footing.concrete]"
-            )
-        self.movement.check_settlement(self.wall.length)
-        if self.movement.local and not (self.movement.settles or (shape == "mound" and self.mound.shape in LOCAL)):
-            raise ValueError(
-                f"movement.kind = '{self.movement.kind}': goes with movement.shape = 'mound' and mound.shape = "
-                f"{' or '.join(map(repr, LOCAL))}, where the ground moves in one place, or with movement.settlement; "
-                f"here movement.shape = '{shape}'"
-                + (f" and mound.shape = '{self.mound.shape}'" if shape == "mound" else "")
-                + ". Take 'dishing' or 'doming'"
-            )
-        if shape == "mound" and self.mound.largest(self.movement.kind) > 0.1 * self.wall.length:
-            raise ValueError(
-                f"mound.surface_movement = {self.mound.surface_movement:g} m: it moves the ground by more than a tenth "
-                f"of the wall's length ({self.wall.length:g} m), outside the small rotations of this model."
-                + likely_unit(self.mound.surface_movement, 0.1 * self.wall.length, "m")
-            )
-        if shape == "jacks":
-            self.rig.check_places(self.wall.length)
-            if self.dynamics is not None:
-                raise ValueError(
-                    "dynamics: a run in time has no jacks; leave out [dynamics], or take another movement.shape "
-                    "than 'jacks'"
-                )
-
-    def _test_fits(self) -> None:
-        """Check loads and a laboratory test."""
-        for key, what in (("soil_layer", "layers"), ("load", "loads")):
-            names = step_names(getattr(self, key))
-            if twice := [name for name in names if names.count(name) > 1]:
-                raise ValueError(f"{key}: two {what} have the name '{twice[0]}'; give each its own")
-        shape = self.movement.shape
-        for number, load in enumerate(self.load, start=1):
-            if not load.sized and shape != "loads":
-                raise ValueError(
-                    f"load {load.name or number}: has no size; give force, line_load, or pressure and breadth "
-                    f"(only movement.shape = 'loads', a test, has loads without a size; here it is '{shape}')"
-                )
-        check_loads(self.load, self.opening, self.wall)
-        if shape != "loads":
-            for name in ("support", "loading"):
-                if getattr(self, name):
-                    raise ValueError(f"{name}: only read with movement.shape = 'loads'; here it is '{shape}'")
-            return
-        if self.loading is None:
-            raise ValueError("loading: is missing; movement.shape = 'loads' needs a controlled quantity")
-        if self.footing_model != "none" or self.dynamics is not None:
-            raise ValueError("movement.shape = 'loads': a test has no footing and no [dynamics]; leave them out")
-        if self.loading.control != "force" and self.solver.method == "explicit":
-            raise ValueError(f"loading.control = '{self.loading.control}': the explicit solver takes 'force' only")
-        if self.wall.top and self.loading.beam != "none":
-            raise ValueError(f"loading.beam = '{self.loading.beam}': lies on a level top; leave it or wall.top out")
-        check_test(self.support, self.load, self.wall.length)
-
-    def _slow_strains_fit(self) -> None:
-        """Check strains of the bricks and creep of the joints against the movement."""
-        strain, creep, history = self.strain, self.creep, self.movement.increments_of_history()
-        by_time = creep is not None and creep.relaxation_time is not None
-        if self.dynamics is not None and (strain is not None or by_time):
-            raise ValueError("strain, creep.relaxation_time: a run in time has none; leave out [dynamics], or these")
-        if self.movement.shape == "loads" and (by_time or self.strain_of_increments is not None):
-            raise ValueError(
-                "strain, creep.relaxation_time: a test in stages has none; leave them out, or [[movement.stage]]"
-            )
-        timed = history is not None and history.time is not None
-        still = history is not None and self.movement.largest == 0.0
-        if still and not (by_time or self.strain_of_increments is not None):
-            raise ValueError("movement.stage: nothing moves; give a movement, a strain or creep.relaxation_time")
-        if history is not None and strain is not None and not timed:
-            raise ValueError("strain: in a history each stage needs a time (years); or give the stages a strain each")
-        if strain is not None and strain.temperature_swing and history is None:
-            raise ValueError("strain.temperature_swing: needs a history, [[movement.stage]] or [movement.seasons]")
-        if by_time and not timed:
-            raise ValueError("creep.relaxation_time: needs a history whose stages have times (years), or seasons")
 
     @property
     def strain_of_increments(self) -> FloatArray | None:
@@ -378,12 +205,12 @@ class Scene:
             keys.add(f"soil.{self.soil.stiffness_key(movement.other)}")
         if movement.shape == "loads":  # the ground stays
             keys.add("movement.kind")
-        if movement.shape == "loads" or not self._deflection_is_given:
+        if movement.shape == "loads" or not self.deflection_is_given:
             keys.add("movement.central_deflection")
         return keys | ({"movement.increments"} if movement.stage else set())
 
     @property
-    def _deflection_is_given(self) -> bool:
+    def deflection_is_given(self) -> bool:
         """Whether ``movement.central_deflection`` controls the movement."""
         jacked = self.movement.shape == "jacks" and self.rig.control == "deflection"
         return (self.movement.prescribed and not self.movement.settles) or jacked
@@ -445,7 +272,7 @@ class Scene:
         if scene.dynamics is not None:
             scene.dynamics.check_base()
             scene.solver.require_no_zones()
-        written = dict(_written(tables, ""))
+        written = dict(written_values(tables))
         given = GivenKeys(written)
         units = ((key, unit_in(value)) for key, value in written.items())
         given.units = {key: unit for key, unit in units if unit and cls.takes_number(key)}
@@ -550,7 +377,7 @@ class Scene:
     @cached_property
     def numbers(self) -> dict[str, float]:
         """All real numbers of this scene by key."""
-        return {key: value for key, value in _walk(self, "") if isinstance(value, float)}
+        return {key: value for key, value in field_values(self) if isinstance(value, float)}
 
     def place(self, text: str) -> str:
         """Key of a number as in ``number_places``, with the names of layers; an unknown key raises InputError."""
@@ -648,38 +475,3 @@ def unchecked_scene(tables: Mapping[str, Any], source: str) -> Scene:
     from damagepred.scene.house import House
 
     return build(House if isinstance(tables.get("wall"), list) else Scene, tables, source)
-
-
-def step_names(items: Sequence[Any]) -> list[str]:
-    """Names of the items of a list in keys: their own, or their number from 1."""
-    names = [item.get("name") if isinstance(item, Mapping) else getattr(item, "name", None) for item in items]
-    return [str(name or number) for number, name in enumerate(names, start=1)]
-
-
-def entry_number(items: Sequence[Any], step: str) -> int:
-    """Number from 0 of the entry of a list with a name, or a number from 1; -1 if there is none."""
-    names = step_names(items)
-    number = int(step) if step.isdecimal() else names.index(step) + 1 if step in names else 0
-    return number - 1 if number <= len(names) else -1
-
-
-def _written(tables: Any, key: str) -> list[tuple[str, Any]]:
-    """Keys of all values in nested tables, each with the value as written."""
-    if isinstance(tables, Mapping):
-        pairs = [(str(name), value) for name, value in tables.items()]
-    elif isinstance(tables, list) and any(isinstance(item, Mapping) for item in tables):
-        pairs = list(zip(step_names(tables), tables))
-    else:
-        return [(key, tables)]
-    return [nested for name, value in pairs for nested in _written(value, f"{key}.{name}" if key else name)]
-
-
-def _walk(value: Any, key: str) -> list[tuple[str, Any]]:
-    """(key, number or None) of all fields below ``value``."""
-    if dataclasses.is_dataclass(value):
-        pairs = [(f.name, getattr(value, f.name)) for f in dataclasses.fields(value)]
-    elif isinstance(value, tuple):
-        pairs = list(zip(step_names(value), value))
-    else:
-        return [(key, value)]
-    return [nested for name, item in pairs for nested in _walk(item, f"{key}.{name}" if key else name)]

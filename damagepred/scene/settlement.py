@@ -21,7 +21,7 @@ READ_WITH: dict[str, tuple[str, ...]] = {
     "position": ("settle", "trough", "step"),
     "reach": ("settle",),
     **dict.fromkeys(("trough_width", "tunnel_depth", "volume_loss", "tunnel_diameter"), ("trough",)),
-    **dict.fromkeys(("horizontal", "survey_error", "survey_seed"), ("table",)),
+    **dict.fromkeys(("table", "horizontal", "survey_error", "survey_seed"), ("table",)),
 }
 """Shapes that read a key."""
 DEPTH_OVER_WIDTH = 2.0

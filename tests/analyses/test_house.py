@@ -14,9 +14,10 @@ from damagepred.analyses.stored_walls import StoredWalls, require_on
 from damagepred.assembly.bond import lay_bricks
 from damagepred.campaign.replay import replay
 from damagepred.campaign.sample import sample_of
-from damagepred.campaign.settings import StudySettings, read_frozen, with_value
+from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.plotting import draw_back_analysis
 from damagepred.results.house import unfolded_places, wall_dataset
+from damagepred.scene.keys import merged
 from damagepred.scene.scene import archived_scene
 from damagepred.uq import observations
 from damagepred.uq.observations import CrackObservation, LevelObservation, Observations, SlopeObservation
@@ -161,7 +162,7 @@ def test_choices_and_rows_change_walls_by_name(tmp_path):
         [(0.11, 0.3), (0.11, 0.45)],
     ]
     with pytest.raises(InputError, match=r"wall.bck: there is no such wall; the study has front, side"):
-        with_value({"wall": [{"name": "front"}, {"name": "side"}]}, "wall.bck.thickness", 1)
+        merged({"wall": [{"name": "front"}, {"name": "side"}]}, {"wall.bck.thickness": 1})
 
 
 @pytest.mark.parametrize(

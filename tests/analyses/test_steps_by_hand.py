@@ -23,8 +23,9 @@ from damagepred.analyses.posterior_tables import odds_in_words, posterior_tables
 from damagepred.analyses.rare_event_samples import _digest, _logged, _read_log
 from damagepred.analyses.stored_walls import Replayed, StoredWalls
 from damagepred.analyses.variance_shares import _output_of, study_sensitivity
-from damagepred.campaign.settings import StudySettings, with_value
+from damagepred.campaign.settings import StudySettings
 from damagepred.errors import ArchiveWarning, InputError
+from damagepred.scene.keys import merged
 from damagepred.study import open_study
 from damagepred.uq.movement_distribution import MovementDistribution
 from damagepred.uq.observations import CrackObservation
@@ -219,13 +220,13 @@ def test_cells_and_keys_of_a_table_of_houses(tmp_path: Path) -> None:
     assert _value(SimpleNamespace(units=[""], decimal="."), 0, "{ a = 1 }") == {"a": 1}
     tables: dict[str, Any] = {"opening": [{"x": 1.0}, {"x": 2.0}], "wall": {"length": 1.0}}
     for key, value in {"opening.2.x": 3.0, "footing.depth": 0.5, "wall.length": 2.0}.items():
-        tables = with_value(tables, key, value)
+        tables = merged(tables, {key: value})
     assert tables == {"opening": [{"x": 1.0}, {"x": 3.0}], "wall": {"length": 2.0}, "footing": {"depth": 0.5}}
     for step in ("0", "3", "a"):
         with pytest.raises(InputError, match=rf"opening\.{step}: there is no such opening; the study has 1, 2\."):
-            with_value(tables, f"opening.{step}.x", 1.0)
+            merged(tables, {f"opening.{step}.x": 1.0})
     with pytest.raises(InputError, match=r"soil_layer: the study has none; give one there first"):
-        with_value(tables, "soil_layer.1.thickness", 1.0)
+        merged(tables, {"soil_layer.1.thickness": 1.0})
     two = ("house", "category")
     street = xr.Dataset(
         {f"probability{end}": (two, np.array([[0.5, 0.25]]) + k) for k, end in enumerate(("", "_lower", "_upper"))}

@@ -21,17 +21,15 @@ from damagepred.campaign.dispatch import Batches, GivenExecutor, LostSample, _re
 from damagepred.campaign.sample import Outcome, already_done
 from damagepred.campaign.settings import (
     StudySettings,
-    differing_keys,
-    key_values,
     read_frozen,
     study_tables,
-    with_value,
 )
 from damagepred.campaign.verify import verify
 from damagepred.cli.sentences import cost_lines
 from damagepred.errors import InputError
 from damagepred.results.tables import Column, Table
 from damagepred.scene.accuracy import Measured
+from damagepred.scene.keys import differing_keys, key_values, merged
 from tests.archive.test_files import row
 from tests.conftest import SMALL_STUDY
 from tests.synthetic_studies import synthetic_study
@@ -96,7 +94,7 @@ def test_categories_means_and_keys_of_settings(tmp_path: Path) -> None:
     assert "movement.central_deflection = 7.5 mm (arithmetic means" in words
     tables = {"a": {"b": 1, "c": [1]}, "d": 2}
     for key, value in {"a.c": [3], "a.e.f": 4, "d.g": 5, "h": {}, "a": {}}.items():
-        tables = with_value(tables, key, value)
+        tables = merged(tables, {key: value})
     assert tables == {"a": {"b": 1, "c": [3], "e": {"f": 4}}, "d": {"g": 5}, "h": {}}
     changes = {"joint": {"friction": 0.5, "dilation": 1}, "title": "a", "footing": {"concrete": {}}}
     assert dict(key_values(changes)) == {

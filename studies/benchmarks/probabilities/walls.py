@@ -18,8 +18,9 @@ from damagepred.analyses.rare_event_samples import normals_to_wall
 from damagepred.archive.files import write_whole
 from damagepred.arrays import FloatArray
 from damagepred.campaign.sample import joint_places, sampled_wall, solve_sample
-from damagepred.campaign.settings import StudySettings, merged
+from damagepred.campaign.settings import StudySettings
 from damagepred.scene import Scene
+from damagepred.scene.keys import merged
 from damagepred.uq.importance import Proposal
 from damagepred.uq.subset import subset_simulation
 from studies.benchmarks.walls import read as read_tables
