@@ -236,13 +236,7 @@ class House(Scene):
         return Mound(shape="table", surface_movement=size, table=tuple(zip(share.tolist(), fraction.tolist())))
 
     def surface(self, points: FloatArray, factor: float = 1.0) -> FloatArray:
-        """Upward displacement (m) of the ground before the footings press it.
-
-        Parameters
-        ----------
-        points, factor
-            Points in plan (..., 2) (m); load factor, below 0 on the side opposite to ``movement.kind``.
-        """
+        """Upward displacement (m) of the ground at points in plan (..., 2) (m), before the footings press it."""
         return self._moved(rise, points, factor)
 
     def _drift(self, points: FloatArray, factor: float = 1.0) -> FloatArray:

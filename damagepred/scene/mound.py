@@ -134,29 +134,11 @@ class Mound:
         return replace(self, surface_movement=load_factor * self.surface_movement)
 
     def proportional(self, length: float, kind: Kind) -> bool:
-        """Whether the mounds of smaller surface movements have the same form under a wall.
-
-        The edge distance of a Walsh mound grows with the movement up to a limit.
-
-        Parameters
-        ----------
-        length, kind
-            Same as for ``profile``.
-        """
+        """Whether smaller movements have the same form: the edge distance of a Walsh mound grows up to a limit."""
         return self.shape != "walsh" or self.at(0.0).edge(length, kind) == self.edge(length, kind)
 
     def profile(self, x: FloatArray, length: float, kind: Kind) -> FloatArray:
-        """Vertical displacement (m, upwards) of the free surface at full movement.
-
-        Parameters
-        ----------
-        x : array of float
-            Distance from the left end of the wall (m), any shape.
-        length : float
-            Length of the wall (m).
-        kind : {"dishing", "doming", "settle", "heave"}
-            Kind of movement.
-        """
+        """Vertical displacement (m, upwards) of the free surface at distances x (m) from the left end of a wall."""
         x = np.asarray(x, dtype=np.float64)
         size = self.largest(kind) if kind in UP else -self.largest(kind)
         if size == 0.0:  # the edge of a Walsh mound may be 0
@@ -175,15 +157,8 @@ class Mound:
         return size * through_points(self.table, x / length)
 
     def horizontal(self, x: FloatArray, length: float, kind: Kind) -> FloatArray:
-        """Horizontal displacement (m, to the right) of the free surface at full movement.
+        """Horizontal displacement (m, to the right) of the free surface at distances x (m) from the left end.
 
-        Parameters
-        ----------
-        x, length, kind
-            Same as for ``profile``.
-
-        Notes
-        -----
         0 except for a tunnel of known depth: u = v (x - x_axis) / z_0, with v the vertical displacement, upwards. Every
         point moves towards the tunnel's axis (O'Reilly and New 1982; Attewell and Woodman 1982).
         """
@@ -193,15 +168,8 @@ class Mound:
         return self.profile(x, length, kind) * (x - self.axis(length)) / self.tunnel_depth
 
     def edge(self, length: float, kind: Kind) -> float:
-        """Edge distance e (m) of the Walsh mound under a wall.
+        """Edge distance e (m) of the Walsh mound under a wall of some length (m).
 
-        Parameters
-        ----------
-        length, kind
-            Same as for ``profile``.
-
-        Notes
-        -----
         AS 2870-2011, Appendix F. By the manual of a design program (CORD of FMG Engineering), e depends on y_m and H_s
         in doming, and on y_m in dishing; it has the units (secondary). The numbers in the formulas are assumed.
         """

@@ -200,13 +200,7 @@ class Movement:
         return seeded if self.seasons is None else replace(seeded, seasons=replace(self.seasons, seed=seed))
 
     def require_largest(self, name: str, full: float) -> None:
-        """Check that the full movement is the largest of the stages (ValueError).
-
-        Parameters
-        ----------
-        name, full
-            Key and value (m) of the full movement.
-        """
+        """Check that the full movement (m), by its key, is the largest of the stages (ValueError)."""
         if full != self.largest:
             raise ValueError(
                 f"stage: {name} must be the largest of the stages; it is {full:g} m, and the largest of the stages is "
@@ -366,27 +360,10 @@ class Movement:
         return self.shape != "arc"
 
     def profile(self, position: FloatArray, length: float, load_factor: float = 1.0) -> FloatArray:
-        """Vertical displacement (m, upwards) of the footing.
+        """Vertical displacement (m, upwards) of the footing at distances (m) from the left end of a wall.
 
-        Parameters
-        ----------
-        position : array of float
-            Distance x from the left end of the wall (m), any shape.
-        length : float
-            Length of the wall (m).
-        load_factor : float
-            Present movement over the full one.
-
-        Returns
-        -------
-        array of float
-            Same shape. The middle deviates by +/- ``load_factor`` times ``central_deflection`` from the line through
-            the ends, which are fixed except in a table. With ``settlement`` this is the size of the profile.
-
-        Raises
-        ------
-        InputError
-            If the footing bends freely.
+        The middle deviates by +/- ``load_factor`` times ``central_deflection`` from the line through the ends, which
+        are fixed except in a table. With ``settlement`` this is the size of the profile.
         """
         if not self.prescribed:
             raise InputError(
@@ -427,13 +404,7 @@ class Movement:
         return self.shape == "trough" or bool(self.horizontal)
 
     def horizontal_profile(self, position: FloatArray, length: float) -> FloatArray:
-        """Displacement of the ground to the right at full movement (m).
-
-        Parameters
-        ----------
-        position, length
-            Same as for ``profile``.
-        """
+        """Displacement of the ground to the right (m) at full movement, as ``profile``."""
         x = np.asarray(position, dtype=np.float64)
         if self.shape == "trough":
             return self.profile(x, length) * (x - axis(self, length)) / trough(self)[1]
@@ -442,13 +413,7 @@ class Movement:
         return self.sign * self.size * through_points(self.horizontal, x / length) / self._table_size
 
     def measures(self, length: float, gauge: float) -> dict[str, float]:
-        """Settlement of the ground and the measures of its distortion, by the names of their variables.
-
-        Parameters
-        ----------
-        length, gauge
-            Length of the wall, and length over which slopes and strains are measured, such as one brick (m).
-        """
+        """Settlement (m) and the measures of its distortion by variable; slopes and strains over a gauge length (m)."""
         x = np.linspace(0.0, length, POINTS)
         profiles = self.profile(x, length), self.horizontal_profile(x, length)
         return {"settlement": self.size, **profile_measures(*profiles, length, gauge)}

@@ -179,12 +179,9 @@ class Scene:
         return "doming" if middle > 0.5 * (start + end) else "dishing"
 
     def ground_rise(self, x: FloatArray, factor: float = 1.0) -> FloatArray:
-        """Upward displacement (m) of the ground before the footing presses it.
+        """Upward displacement (m) of the ground at x (m), before the footing presses it, at a load factor.
 
-        Parameters
-        ----------
-        x, factor
-            Distance from the left end of the wall (m); load factor, below 0 on the side opposite to ``movement.kind``.
+        Below 0 the ground moves to the side opposite to ``movement.kind``.
         """
         movement, length = self.movement, self.wall.length
         if movement.shape != "mound":
@@ -258,13 +255,7 @@ class Scene:
 
     @classmethod
     def from_file_tables(cls, tables: Mapping[str, Any], folder: Path, source: str) -> Scene:
-        """Build a scene from the tables of a file, and record the given keys.
-
-        Parameters
-        ----------
-        tables, folder, source
-            Tables of the scene, folder of the files that they name, and name of their own file for messages.
-        """
+        """Scene of the tables of a file, which name files in a folder, with the given keys recorded."""
         in_metres, tables = profiles_in_metres(tables, folder), with_input_tables(tables, folder)
         scene = cls.from_dict(tables, source=source)
         cls = type(scene)

@@ -68,13 +68,7 @@ class Wall:
         return np.interp(x, *np.array(self.top).T) if self.top else np.full(np.shape(x), self.height)
 
     def lowest_top(self, start: float, end: float) -> float:
-        """Least height of the top over a stretch (m).
-
-        Parameters
-        ----------
-        start, end : float
-            Ends of the stretch, from the left end of the wall (m).
-        """
+        """Least height of the top (m) over a stretch, between distances from the left end (m)."""
         inside = [y for x, y in self.top if start < x < end]
         ends = self.top_at(np.array([start, end]) + 1e-6 * (end - start) * np.array([1.0, -1.0]))
         return min([*inside, *ends.tolist()])
