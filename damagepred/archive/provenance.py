@@ -6,7 +6,7 @@ import json
 import platform
 import subprocess
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
@@ -39,10 +39,12 @@ GIVEN = "scene_given"  # attribute with the keys of the user's file; all other v
 UNITS = "scene_units"  # attribute with the units that the user wrote, by key, as JSON
 
 
-def given_values(places: Collection[str] | None) -> dict[str, str]:
-    """Attributes with the keys that were given (``Scene.given``) and their units; empty if unknown."""
-    units = {UNITS: json.dumps(places.units)} if getattr(places, "units", None) else {}  # type: ignore[union-attr]
-    return {} if places is None else {GIVEN: " ".join(sorted(places)), **units}
+def given_values(given: Mapping[str, str] | None) -> dict[str, str]:
+    """Attributes with the keys that were given and their units (``Scene.given``); empty if unknown."""
+    if given is None:
+        return {}
+    units = {key: unit for key, unit in given.items() if unit}
+    return {GIVEN: " ".join(sorted(given)), **({UNITS: json.dumps(units)} if units else {})}
 
 
 @lru_cache(maxsize=1)

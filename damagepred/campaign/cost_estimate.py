@@ -25,7 +25,7 @@ from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import read_toml
 from damagepred.one_wall.judged_path import Step, matrix_bytes, model_of
 from damagepred.one_wall.solve import solve
-from damagepred.scene import House, Scene, SoilLayer, Suction, site_class, site_classes, surface_movement
+from damagepred.scene import House, Scene, Suction, site_class, site_classes, surface_movement
 from damagepred.scene.accuracy import PRESETS, Measured, measured, preset
 from damagepred.scene.assumed import ground_line
 from damagepred.scene.keys import step_names
@@ -275,22 +275,15 @@ def surface_movements(settings: StudySettings, samples: int) -> list[float]:
     """Characteristic surface movement y_s of each sample of a study with a soil log (m)."""
     scene, values = settings.scene, settings.design().wall_values(samples)
 
-    def drawn(table: str, field: str, given: float, sample: int) -> float:
-        return float(values[key][sample]) if (key := f"{table}.{field}") in values else given
+    def drawn(table: str, described: Any, i: int) -> Any:
+        keys = (key for key in values if key.rpartition(".")[0] == table)
+        return replace(described, **{key.rpartition(".")[2]: float(values[key][i]) for key in keys})
 
     def of_sample(i: int) -> float:
-        layers = [
-            SoilLayer(
-                thickness=drawn(f"soil_layer.{n}", "thickness", layer.thickness, i),
-                shrink_swell_index=drawn(f"soil_layer.{n}", "shrink_swell_index", layer.shrink_swell_index, i),
-            )
-            for n, layer in zip(step_names(scene.soil_layer), scene.soil_layer)
-        ]
-        given = scene.suction or Suction()
-        names = ("change", "cracked_share", "restraint", "restraint_depth")
-        values: dict[str, Any] = {name: drawn("suction", name, getattr(given, name), i) for name in names}
-        suction = replace(given, **values)
-        return surface_movement(layers, suction, drawn("mound", "suction_depth", scene.mound.suction_depth, i))
+        named = zip(step_names(scene.soil_layer), scene.soil_layer)
+        layers = [drawn(f"soil_layer.{name}", layer, i) for name, layer in named]
+        suction = drawn("suction", scene.suction or Suction(), i)
+        return surface_movement(layers, suction, drawn("mound", scene.mound, i).suction_depth)
 
     return [of_sample(i) for i in range(samples)]
 

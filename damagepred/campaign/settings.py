@@ -490,7 +490,7 @@ def read_frozen(text: str) -> StudySettings:
 def resumed(settings: StudySettings, text: str) -> StudySettings:
     """Settings for a folder with a frozen study: one with the former default, rigid bricks, retains it."""
     tables, scene = parse_toml(text, "study.toml"), settings.scene
-    unstated = scene.given is not None and scene.given.isdisjoint(("solver.blocks", "solver.accuracy"))
+    unstated = scene.given is not None and scene.given.keys().isdisjoint(("solver.blocks", "solver.accuracy"))
     former = tables.get(VERSION, 0) < ELASTIC_BRICKS and tables["scene"].get("solver", {}).get("blocks") == "rigid"
     if not (unstated and former) or scene.solver.blocks == "rigid":
         return settings

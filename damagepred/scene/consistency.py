@@ -19,7 +19,32 @@ MOST_MOVEMENT = 0.1
 """Largest movement of the ground, over the wall's length: beyond, rotations are not small, as the model takes them."""
 
 
-def check_openings(scene: Scene) -> None:
+def check_tables(scene: Scene) -> None:
+    """Refuse tables that contradict each other, before the size of the movement is known."""
+    _check_openings(scene)
+    _check_dpc(scene)
+    _check_control_joints(scene)
+    _check_run_in_time(scene)
+    _check_footing(scene)
+    _check_ground(scene)
+    _check_test_and_loads(scene)
+
+
+def check_movement(scene: Scene) -> None:
+    """Refuse a movement that differs from its stages, is too large, or lacks the history that slow strains need."""
+    movement, most = scene.movement, MOST_MOVEMENT * scene.wall.length
+    if movement.stage and movement.shape == "mound":
+        movement.require_largest("surface_movement", scene.mound.surface_movement)
+    _check_slow_strains(scene)
+    if (movement.settles or scene.deflection_is_given) and movement.size > most:
+        raise ValueError(
+            f"{scene.movement_key} = {movement.size:g} m: more than a tenth of the "
+            f"wall's length ({scene.wall.length:g} m) is outside the small rotations of this model."
+            + likely_unit(movement.size, most, "m")
+        )
+
+
+def _check_openings(scene: Scene) -> None:
     """Refuse openings that leave the wall or each other no masonry."""
     wall = scene.wall
     tolerance = 1e-9 * wall.length
@@ -64,7 +89,7 @@ def _outlives_the_gauge(name: str, hole: Opening, wall: Wall) -> None:
             )
 
 
-def check_dpc(scene: Scene) -> None:
+def _check_dpc(scene: Scene) -> None:
     """Refuse a dpc above the wall or in a window."""
     if scene.dpc is None:
         return
@@ -86,7 +111,7 @@ def check_dpc(scene: Scene) -> None:
             )
 
 
-def check_control_joints(scene: Scene) -> None:
+def _check_control_joints(scene: Scene) -> None:
     """Refuse control joints nearer than half a brick to the ends of the wall or to each other."""
     half = 0.5 * scene.wall.block_length * (1 - 1e-9)
     positions = [0.0, *sorted(joint.x for joint in scene.control_joint), scene.wall.length]
@@ -99,7 +124,7 @@ def check_control_joints(scene: Scene) -> None:
             )
 
 
-def check_run_in_time(scene: Scene) -> None:
+def _check_run_in_time(scene: Scene) -> None:
     """Refuse what a run in time does not have."""
     by_time = scene.creep is not None and scene.creep.relaxation_time is not None
     for given, none, other in (
@@ -112,7 +137,7 @@ def check_run_in_time(scene: Scene) -> None:
             raise ValueError(f"dynamics: a run in time {none}; leave out [dynamics], or {other}")
 
 
-def check_footing(scene: Scene) -> None:
+def _check_footing(scene: Scene) -> None:
     """Refuse a model of the footing that the movement does not take."""
     shape, footing = scene.movement.shape, scene.solver.footing
     if footing == "beam" and scene.movement.prescribed:
@@ -132,7 +157,7 @@ def check_footing(scene: Scene) -> None:
         )
 
 
-def check_ground(scene: Scene) -> None:
+def _check_ground(scene: Scene) -> None:
     """Refuse a movement of the ground that contradicts its shape, or is too large for small rotations."""
     movement, mound, length = scene.movement, scene.mound, scene.wall.length
     shape = movement.shape
@@ -157,7 +182,7 @@ def check_ground(scene: Scene) -> None:
         raise ValueError("movement.stage: on jacks, stages need rig.control = 'deflection'")
 
 
-def check_test_and_loads(scene: Scene) -> None:
+def _check_test_and_loads(scene: Scene) -> None:
     """Refuse loads off the wall, and a laboratory test without loads or with a footing."""
     shape = scene.movement.shape
     require_own_names("soil_layer", scene.soil_layer, "layers")
@@ -185,7 +210,7 @@ def check_test_and_loads(scene: Scene) -> None:
     check_test(scene.support, scene.load, scene.wall.length)
 
 
-def check_slow_strains(scene: Scene) -> None:
+def _check_slow_strains(scene: Scene) -> None:
     """Refuse strains of the bricks and creep of the joints without the history that they need."""
     strain, history = scene.strain, scene.movement.increments_of_history()
     by_time = scene.creep is not None and scene.creep.relaxation_time is not None
@@ -203,16 +228,3 @@ def check_slow_strains(scene: Scene) -> None:
         raise ValueError("strain.temperature_swing: needs a history, [[movement.stage]] or [movement.seasons]")
     if by_time and not timed:
         raise ValueError("creep.relaxation_time: needs a history whose stages have times (years), or seasons")
-
-
-def check_size(scene: Scene) -> None:
-    """Refuse a movement that differs from its stages, or is too large for small rotations."""
-    movement, most = scene.movement, MOST_MOVEMENT * scene.wall.length
-    if movement.stage and movement.shape == "mound":
-        movement.require_largest("surface_movement", scene.mound.surface_movement)
-    if (movement.settles or scene.deflection_is_given) and movement.size > most:
-        raise ValueError(
-            f"{scene.movement_key} = {movement.size:g} m: more than a tenth of the "
-            f"wall's length ({scene.wall.length:g} m) is outside the small rotations of this model."
-            + likely_unit(movement.size, most, "m")
-        )

@@ -15,17 +15,7 @@ from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.input_files import parse_toml, read_toml
 from damagepred.inputs.text import check_title
-from damagepred.scene.consistency import (
-    check_control_joints,
-    check_dpc,
-    check_footing,
-    check_ground,
-    check_openings,
-    check_run_in_time,
-    check_size,
-    check_slow_strains,
-    check_test_and_loads,
-)
+from damagepred.scene.consistency import check_movement, check_tables
 from damagepred.scene.described import build, completed_by, described, plain, takes_number, unit_of
 from damagepred.scene.dynamics import Dynamics
 from damagepred.scene.input_tables import profiles_in_metres, with_input_tables, with_roof_in_all
@@ -46,12 +36,6 @@ from damagepred.scene.strain import Creep, Strain
 from damagepred.scene.wall import ControlJoint, Opening, Wall, thin_strips
 
 STUDY_KEYS = ("scene", "study", "variables", "correlation")  # keys of study files only
-
-
-class GivenKeys(frozenset[str]):
-    """Keys given in a file, with the units that the user wrote."""
-
-    units: dict[str, str]
 
 
 SIZES = ("mound.surface_movement", "movement.central_deflection", "movement.settlement")
@@ -107,8 +91,8 @@ class Scene:
     dynamics: Dynamics | None = None
     report: Report | None = None
 
-    given: ClassVar[GivenKeys | None] = None
-    """Keys given in the file, such as "joint.cohesion"; None for a scene without a file."""
+    given: ClassVar[Mapping[str, str] | None] = None
+    """Keys given in the file, such as "joint.cohesion", and the units that the user wrote; None without a file."""
     in_metres: ClassVar[tuple[str, ...]] = ()
     """Profiles that are read from a file with positions in metres."""
 
@@ -119,16 +103,9 @@ class Scene:
         if isinstance(self.wall, tuple):  # a house as the scene of a study: it has checked itself
             return self
         _ = self.heads  # checks the combination with the joints
-        check_openings(self)
-        check_dpc(self)
-        check_control_joints(self)
-        check_run_in_time(self)
-        check_footing(self)
-        check_ground(self)
-        check_test_and_loads(self)
+        check_tables(self)
         self._take_surface_movement()
-        check_slow_strains(self)
-        check_size(self)
+        check_movement(self)
         return self
 
     def _take_surface_movement(self) -> None:
@@ -264,9 +241,7 @@ class Scene:
             scene.dynamics.check_base()
             scene.solver.require_no_zones()
         written = dict(written_values(tables))
-        given = GivenKeys(written)
-        units = ((key, unit_in(value)) for key, value in written.items())
-        given.units = {key: unit for key, unit in units if unit and cls.takes_number(key)}
+        given = {key: unit_in(value) if cls.takes_number(key) else "" for key, value in written.items()}
         object.__setattr__(scene, "given", given)
         return scene
 
