@@ -23,28 +23,22 @@ from damagepred.solvers import Increment, solve_path
 
 
 @each_with_one_blas_thread
-def follow_house(model: HouseModel, solver: Solver, damage: Damage, increments: int) -> Iterator[Step]:
-    """Solve the path of a house and yield each increment with the damage of each wall."""
-    places, rules = [gauges(wall) for wall in model.walls], Rules.from_settings(**asdict(damage))
-    for increment in solve_path(model, solver, increments):
-        farthest = np.hypot(*increment.displacement[:, :2].T).argmax()
-        fallen = np.searchsorted(model.unfolded.first_block, farthest, side="right") - 1 if increment.collapsed else -1
-        parts = [replace(of_wall(model, increment, w), collapsed=w == fallen) for w in range(len(places))]
-        walls = tuple(judged(place, part, rules) for place, part in zip(places, parts))
-        yield Step(increment, _worst([step.verdict for step in walls]), walls)
-
-
 def follow_scene(
     scene: Scene, fields: Mapping[str, FloatArray] | None, increments: int
 ) -> Iterator[tuple[Model, Step]]:
-    """Solve the static path of a wall or house; yield each increment, with the model."""
+    """Solve the static path of a wall or house; yield each increment, with the model and the damage of each wall."""
     if not isinstance(scene, House):
         yield from follow_wall(scene, fields, increments)
         return
     model = model_of(scene, fields)
     assert isinstance(model, HouseModel)
-    for step in follow_house(model, scene.solver, scene.damage, increments):
-        yield model, step
+    places, rules = [gauges(wall) for wall in model.walls], Rules.from_settings(**asdict(scene.damage))
+    for increment in solve_path(model, scene.solver, increments):
+        farthest = np.hypot(*increment.displacement[:, :2].T).argmax()
+        fallen = np.searchsorted(model.unfolded.first_block, farthest, side="right") - 1 if increment.collapsed else -1
+        parts = [replace(of_wall(model, increment, w), collapsed=w == fallen) for w in range(len(places))]
+        walls = tuple(judged(place, part, rules) for place, part in zip(places, parts))
+        yield model, Step(increment, _worst([step.verdict for step in walls]), walls)
 
 
 def of_wall(model: HouseModel, increment: Increment, number: int) -> Increment:

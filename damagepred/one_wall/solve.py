@@ -13,18 +13,16 @@ from damagepred.archive.provenance import given_values
 from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray
 from damagepred.assembly import NO_LIMITS, Assembly, Limits, wall_cost
-from damagepred.assembly.brick_cracks import bricks_break
 from damagepred.assembly.house import HouseModel
 from damagepred.enumerations import PathStatus
 from damagepred.errors import InputError, SolverError, require_count, require_one_of
 from damagepred.inputs.arguments import checked
 from damagepred.one_wall.dataset import collect, ending_attributes
-from damagepred.one_wall.house import collect_house, follow_house
+from damagepred.one_wall.house import collect_house, follow_scene
 from damagepred.one_wall.judged_path import (
     Step,
     dynamic_run,
     follow,
-    follow_wall,
     model_of,
     whole_interfaces,
     without_zone_fields,
@@ -121,7 +119,6 @@ def solve(
             if scene.movement.stage and count != scene.movement.increment_count:
                 raise InputError(f"increments = {increments}: the stages of the movement have their own; leave it out.")
             wall_cost(described, count).require(limits)
-            model = model_of(described, fields)
             attributes: dict[str, object] = {"title": scene.title, "scene": described.to_toml()}
             attributes |= given_values(scene.given)
         else:
@@ -132,15 +129,15 @@ def solve(
             model = scene.build(settings)
             attributes = {"title": "assembly of blocks"}
         run: DynamicRun | None = None
+        if isinstance(scene, Scene) and dynamics is not None:
+            model = model_of(described, fields)
         if dynamics is not None:
             run, count = dynamic_run(model, settings, dynamics), dynamics.outputs
             attributes |= run.attributes()
         steps: list[Step] = []
         status, message = PathStatus.COMPLETE, None
-        if isinstance(scene, Scene) and bricks_break(described):
-            path = follow_wall(described, fields, count)
-        elif isinstance(model, HouseModel):
-            path = ((model, step) for step in follow_house(model, settings, judged, count))
+        if isinstance(scene, Scene) and run is None:
+            path = follow_scene(described, fields, count)
         else:
             path = ((model, step) for step in follow(model, settings, judged, count, run))
         try:

@@ -285,7 +285,7 @@ TIMED = {"seasons": {"years": 1, "swing": 0.002}}
     [
         ({"strain": {"growth": 1e-4}, "movement": {"stage": [{"central_deflection": 8e-3}]}}, "stage needs a time"),
         ({"strain": {"temperature_swing": 20}}, "temperature_swing: needs a history"),
-        ({"strain": {"growth": 1e-4}, "dynamics": {}}, "a run in time has none"),
+        ({"strain": {"growth": 1e-4}, "dynamics": {}}, "a run in time has no strain"),
         ({"creep": {"relaxation_time": 1}}, "creep.relaxation_time: needs a history"),
         ({"creep": {"coefficient": -1}}, r"\[creep\] coefficient = -1.0: must be at least 0"),
         ({"movement": {"central_deflection": 0, "stage": [{"central_deflection": 0}]}}, "nothing moves"),
