@@ -8,12 +8,13 @@ to 32 bits in a row.
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import re
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import DamagedError
@@ -49,11 +50,21 @@ def _end(digest: Any, crc: int, study: str) -> bytes:
 def sign(file: Path, study: str = NO_STUDY) -> None:
     """Append its digest to a netCDF file."""
     with file.open("rb+") as stream:
-        digest, crc = hashlib.sha256(), 0
-        while block := stream.read(_BLOCK):
-            digest.update(block)
-            crc = zlib.crc32(block, crc)
+        digest = hashlib.sha256()
+        crc = _crc32(stream, stream.seek(0, 2), digest)
         stream.write(_end(digest, crc, study))
+
+
+def _crc32(stream: BinaryIO, size: int, digest: Any = None) -> int:
+    """CRC-32 of the first bytes of a stream, which a digest takes, too."""
+    stream.seek(0)
+    crc, block = 0, memoryview(bytearray(_BLOCK))  # reused: fresh memory costs more than the checksum
+    while size > 0 and (count := stream.readinto(block[: min(size, _BLOCK)])):  # type: ignore[attr-defined]
+        crc = zlib.crc32(block[:count], crc)
+        if digest is not None:
+            digest.update(block[:count])
+        size -= count
+    return crc
 
 
 def signed_json(record: Mapping[str, Any], study: str) -> str:
@@ -66,44 +77,32 @@ def signed_json(record: Mapping[str, Any], study: str) -> str:
 def signature(file: str | Path, whole: bool = False) -> str | None:
     """Hash of the study in a file's digest, after a check of the checksum; None for files without digest."""
     with opened(Path(file)) as stream:
-        size = stream.seek(0, 2)
-        stream.seek(max(0, size - _LONGEST))
-        end = _END.search(stream.read())
-        if end is None:
-            return None
-        remaining = size - len(end[0])
-        stream.seek(0)
-        digest, crc = hashlib.sha256() if whole or end["crc32"] is None else None, 0
-        block = memoryview(bytearray(_BLOCK))  # reused: fresh memory costs more than the checksum
-        while remaining > 0 and (count := stream.readinto(block[: min(remaining, _BLOCK)])):  # type: ignore[attr-defined]
-            crc = zlib.crc32(block[:count], crc)
-            if digest is not None:
-                digest.update(block[:count])
-            remaining -= count
-    return _compared(digest, crc, end, file)
+        return _checked(stream, file, whole)[0]
 
 
 def verified(content: bytes, source: str | Path) -> tuple[bytes, str | None]:
     """Content without its digest (JSON unchanged), and the study's hash as in ``signature``."""
-    end = _END.search(content, max(0, len(content) - _LONGEST))
+    study, size = _checked(io.BytesIO(content), source)
+    return content[:size], study
+
+
+def _checked(stream: BinaryIO, source: str | Path, whole: bool = False) -> tuple[str | None, int]:
+    """Hash of the study in a digest, after a check, and size of the content without it (JSON: of all)."""
+    size = stream.seek(0, 2)
+    stream.seek(max(0, size - _LONGEST))
+    end = _END.search(stream.read())
     if end is None:
-        return content, None
-    body = memoryview(content)[: end.start()]
-    if end["crc32"] is None:
-        return content, _compared(hashlib.sha256(body), 0, end, source)
-    study = _compared(None, zlib.crc32(body), end, source)
-    return content[: end.start()], study
-
-
-def _compared(digest: Any, crc: int, end: re.Match[bytes], source: str | Path) -> str:
-    study = end["study"] or end["json_study"]
-    wrong = end["crc32"] is not None and f"{zlib.crc32(study, crc):08x}".encode() != end["crc32"]
+        return None, size
+    study, is_json = end["study"] or end["json_study"], end["crc32"] is None
+    digest = hashlib.sha256() if whole or is_json else None
+    crc = _crc32(stream, size - len(end[0]), digest)
+    wrong = not is_json and f"{zlib.crc32(study, crc):08x}".encode() != end["crc32"]
     if digest is not None:
         digest.update(study)
         wrong |= digest.hexdigest().encode() != (end["sha256"] or end["json_sha256"])
     if wrong:
         raise DamagedError(f"{source}: is damaged or was edited: its digest differs.")
-    return study.decode()
+    return study.decode(), size if is_json else size - len(end[0])
 
 
 def check_study(study: str | None, expected: str, version: int, source: str | Path) -> None:
