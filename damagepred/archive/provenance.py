@@ -145,20 +145,14 @@ def mixture(ds: xr.Dataset) -> list[str]:
     return [f"samples were solved by {len(counts)} programs, which may differ: {each}"] if len(counts) > 1 else []
 
 
-def differences(recorded: Environment, now: Environment) -> list[str]:
-    """Differences between two environments, in words."""
-    return [
-        f"{word} ({recorded.get(key, 'unknown')}, here {now.get(key, 'unknown')})"
-        for key, word in KEYS.items()
-        if recorded.get(key) != now.get(key)
-    ]
-
-
 def why_bits_differ(recorded: Environment | None, now: Environment) -> str:
     """Possible causes of a difference between a recorded and a repeated result, in a sentence."""
     if recorded is None:
         return "The archive is of an older version, which did not record where this sample was solved."
-    if different := differences(recorded, now):
+    words = {
+        key: f"{word} ({recorded.get(key, 'unknown')}, here {now.get(key, 'unknown')})" for key, word in KEYS.items()
+    }
+    if different := [words[key] for key in KEYS if recorded.get(key) != now.get(key)]:
         return f"It was solved with another {'; another '.join(different)}."
     *first, last = KEYS.values()
     same = f"The {', '.join(first)} and {last} are the same"

@@ -441,7 +441,7 @@ class Campaign:
                 "damage_measure": settings.scene.damage.measure,
                 "count_footing_gap": settings.scene.damage.count_footing_gap,
                 "highest_category": settings.damage_table.highest,
-                "span": settings.scene.span,
+                "span": max(scene.wall.length for scene in settings.scene.scenes),
                 "solver_options": SolverOptions.of(settings.scene.solver).to_json(),
                 **provenance(),
             },

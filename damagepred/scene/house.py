@@ -130,26 +130,9 @@ class House(Scene):
                 )
 
     @property
-    def moves_in_plan(self) -> str:
-        """Lowest and highest ground under the walls at full movement, in a sentence."""
-        share = np.linspace(0.0, 1.0, POINTS_ALONG)
-        moved = {w.name: 1e3 * self.surface(w.points(share * w.length)) for w in self.wall}
-        low, high = min(moved, key=lambda name: moved[name].min()), max(moved, key=lambda name: moved[name].max())
-        down, up = (round(value, 2) + 0.0 for value in (moved[low].min(), moved[high].max()))  # no -0
-        shapes = " and ".join(mound.shape for mound, _ in self._grounds)
-        return (
-            f"The ground ({shapes}) ends lowest under '{low}', at {down:.3g} mm, and highest under '{high}', "
-            f"at {up:.3g} mm (up is positive)"
-        )
-
-    @property
     def names(self) -> list[str]:
         """Names of the walls."""
         return [wall.name for wall in self.wall]
-
-    @property
-    def span(self) -> float:  # noqa: D102
-        return max(wall.length for wall in self.wall)
 
     @cached_property
     def numbers(self) -> dict[str, float]:

@@ -30,10 +30,11 @@ FRACTIONS = ("1", "-", "%")  # units of a column of fractions
 SI_UNIT = {"acceleration": "m/s**2", "velocity": "m/s", "displacement": "m"}
 
 
-def with_input_tables(tables: Any, folder: Path) -> Any:
-    """Tables of a scene with the numbers of their files, which are in ``folder``."""
+def with_input_tables(tables: Any, folder: Path) -> tuple[Any, tuple[str, ...]]:
+    """Tables of a scene with the numbers of their files in a folder, and its profiles with positions in metres."""
     if not isinstance(tables, Mapping):  # the scene refuses it
-        return tables
+        return tables, ()
+    in_metres = []
     if isinstance(tables.get("wall"), list):
         from damagepred.scene.plan_ground import with_levels
 
@@ -45,8 +46,9 @@ def with_input_tables(tables: Any, folder: Path) -> Any:
     movement, mound, dynamics = (merged.get(key, {}) for key in ("movement", "mound", "dynamics"))
     if isinstance(movement, dict) and isinstance(mound, dict):
         for key in ("movement", "mound"):
-            if key in merged and isinstance(name := merged[key].get("table"), str):
-                _take_profile(merged, key, folder / name)
+            name = merged[key].get("table") if key in merged else None
+            if isinstance(name, str) and _take_profile(merged, key, folder / name):
+                in_metres.append(f"{key}.table = '{name}'")
         if isinstance(name := movement.get("history"), str) and "stage" not in movement:
             del movement["history"]
             settles = movement.get("shape") in SETTLEMENTS or {"settlement", "settlement_is"} & movement.keys()
@@ -57,7 +59,7 @@ def with_input_tables(tables: Any, folder: Path) -> Any:
             sized.setdefault(size, max(stage[size] for stage in movement["stage"]))
     if isinstance(dynamics, dict) and isinstance(motions := dynamics.get("base"), list):
         dynamics["base"] = [_with_record(m, folder) if isinstance(m, Mapping) else m for m in motions]
-    return merged
+    return merged, tuple(in_metres)
 
 
 def with_roof_in_all(tables: Any) -> Any:
@@ -73,24 +75,10 @@ def with_roof_in_all(tables: Any) -> Any:
     return {**tables, "loads": {**loads, "roof": in_all}}  # type: ignore[dict-item]
 
 
-def profiles_in_metres(tables: Any, folder: Path) -> tuple[str, ...]:
-    """Profiles of a scene that are files with positions in metres."""
-    if not isinstance(tables, Mapping):
-        return ()
-    files = ((key, tables[key].get("table")) for key in ("movement", "mound") if isinstance(tables.get(key), Mapping))
-    return tuple(
-        f"{key}.table = '{name}'"
-        for key, name in files
-        if isinstance(name, str)
-        and (read := read_number_table(folder / name, header=False)).units[_profile_columns(read, True)["x"]]
-        not in FRACTIONS
-    )
-
-
-def _take_profile(tables: dict[str, Any], key: str, path: Path) -> None:
-    """Put the points of a profile, and the kind and size of its movement, into the tables of a scene."""
+def _take_profile(tables: dict[str, Any], key: str, path: Path) -> bool:
+    """Put the points, kind and size of a profile into the tables of a scene; whether its positions are in metres."""
     table, movement = tables[key], tables.setdefault("movement", {})
-    keys, measured = _profile(path, _length(tables), table.get("table_ends", "refuse"), key == "movement")
+    keys, measured, in_metres = _profile(path, _length(tables), table.get("table_ends", "refuse"), key == "movement")
     points = keys.pop("table")
     position, values = np.array(points).T
     off_chord = float(through_points(points, np.array([0.5]))[0] - 0.5 * (values[0] + values[-1]))
@@ -128,6 +116,7 @@ def _take_profile(tables: dict[str, Any], key: str, path: Path) -> None:
         if key == "mound":
             points = [[x, value / largest] for x, value in points]
     table["table"] = points
+    return in_metres
 
 
 def _check_size(key: str, given: Any, measured: float, where: str) -> None:
@@ -170,8 +159,8 @@ def _profile_columns(table: NumberTable, along: bool) -> dict[str, int]:
     return dict(zip(order, range(width)))
 
 
-def _profile(path: Path, length: float, ends: Any, along: bool) -> tuple[dict[str, Any], bool]:
-    """Keys of a profile (points, displacements along the wall, error), and whether its values (m) have a unit."""
+def _profile(path: Path, length: float, ends: Any, along: bool) -> tuple[dict[str, Any], bool, bool]:
+    """Keys of a profile (points, displacements, error), and whether its values have a unit and x is in metres."""
     table = read_number_table(path, header=False)
     columns = _profile_columns(table, along)
     high = columns.get("level", columns.get("settlement", 0))
@@ -216,7 +205,7 @@ def _profile(path: Path, length: float, ends: Any, along: bool) -> tuple[dict[st
     if measured and abs(value[0]) > 0.1 * length:  # reduced levels: only differences act on the wall
         value = value - value[0]
     keys["table"] = np.column_stack((x / length, value)).tolist()
-    return keys, measured
+    return keys, measured, position == "m"
 
 
 def _at_ends(x: FloatArray, value: FloatArray, length: float, near: float, ends: str) -> tuple[FloatArray, FloatArray]:

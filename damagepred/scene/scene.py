@@ -18,7 +18,7 @@ from damagepred.inputs.text import check_title
 from damagepred.scene.consistency import check_movement, check_tables
 from damagepred.scene.described import build, completed_by, described, plain, takes_number, unit_of
 from damagepred.scene.dynamics import Dynamics
-from damagepred.scene.input_tables import profiles_in_metres, with_input_tables, with_roof_in_all
+from damagepred.scene.input_tables import with_input_tables, with_roof_in_all
 from damagepred.scene.keys import entry_number, field_values, step_names, written_values
 from damagepred.scene.loading import Load, Loading, Support
 from damagepred.scene.material_library import with_material
@@ -201,16 +201,6 @@ class Scene:
         return (self,)
 
     @property
-    def span(self) -> float:
-        """Length of the wall (m), of a house of its longest wall."""
-        return self.wall.length
-
-    @property
-    def moves_in_plan(self) -> str | None:
-        """Movement of the ground under a house, in a sentence; None for one wall."""
-        return None
-
-    @property
     def footing_model(self) -> Literal["none", "beam", "deformable"]:
         """Model of the footing: ``solver.footing``, by default from the movement's shape."""
         return self.solver.footing or ("none" if self.movement.prescribed else "beam")
@@ -233,7 +223,7 @@ class Scene:
     @classmethod
     def from_file_tables(cls, tables: Mapping[str, Any], folder: Path, source: str) -> Scene:
         """Scene of the tables of a file, which name files in a folder, with the given keys recorded."""
-        in_metres, tables = profiles_in_metres(tables, folder), with_input_tables(tables, folder)
+        tables, in_metres = with_input_tables(tables, folder)
         scene = cls.from_dict(tables, source=source)
         cls = type(scene)
         object.__setattr__(scene, "in_metres", in_metres)
@@ -336,17 +326,13 @@ class Scene:
             reduce(lambda table, step: table.get(step, {}), way, tables).pop(key, None)
         return tables
 
-    def number_places(self) -> list[str]:
-        """Keys of all real numbers in this scene, such as ``"joint.cohesion"``; lists count from 1."""
-        return list(self.numbers)
-
     @cached_property
     def numbers(self) -> dict[str, float]:
-        """All real numbers of this scene by key."""
+        """All real numbers of this scene by key, such as ``"joint.cohesion"``; lists count from 1."""
         return {key: value for key, value in field_values(self) if isinstance(value, float)}
 
     def place(self, text: str) -> str:
-        """Key of a number as in ``number_places``, with the names of layers; an unknown key raises InputError."""
+        """Key of a number as in ``numbers``, with the names of layers; an unknown key raises InputError."""
         return ".".join(step for step, _ in self._steps(text))
 
     def places(self, text: str) -> set[str]:
@@ -357,7 +343,7 @@ class Scene:
             return {text}
 
     def _steps(self, text: str) -> list[tuple[str, Any]]:
-        """Steps to a number: each as in ``number_places``, and its key in ``to_dict``."""
+        """Steps to a number: each as in ``numbers``, and its key in ``to_dict``."""
         steps: list[tuple[str, Any]] = []
         value: Any = self
         for step in text.split("."):
@@ -379,7 +365,7 @@ class Scene:
             raise InputError(
                 f"'{text}': the scene leaves this number out; give it a value there first."
                 if self.takes_number(text)
-                else f"'{text}': no such number in this scene." + nearest(text, self.number_places())
+                else f"'{text}': no such number in this scene." + nearest(text, self.numbers)
             )
         return steps
 

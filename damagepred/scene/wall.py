@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Literal
 
@@ -57,11 +56,6 @@ class Wall:
     shortest_cut: Length | None = Field(default=None, gt=0)
     """Least distance of a perpend from an end, jamb or control joint (m); closer perpends are left out. None: a quarter
     of a brick. Only with ``fit = "cut"``."""
-
-    @property
-    def bricks(self) -> int:
-        """Approximate number of whole bricks in the elevation."""
-        return math.ceil(self.length / self.block_length) * math.ceil(self.height / self.block_height)
 
     def top_at(self, x: FloatArray) -> FloatArray:
         """Height of the top (m) at distances from the left end (m)."""

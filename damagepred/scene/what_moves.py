@@ -6,6 +6,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import LOCAL
+from damagepred.scene.house import POINTS_ALONG, House
 from damagepred.scene.scene import Scene
 
 PROFILE_POINTS = 4001  # points along the wall at which the profile is evaluated
@@ -33,8 +34,8 @@ def turning_points(rise: FloatArray) -> list[int]:
 
 def what_moves(scene: Scene) -> str:
     """Place, direction and size of each movement of a scene, in a sentence."""
-    if (in_plan := scene.moves_in_plan) is not None:
-        return in_plan
+    if isinstance(scene, House):
+        return _moves_in_plan(scene)
     movement, mound, rig, length = scene.movement, scene.mound, scene.rig, scene.wall.length
     timed, sides = scene.dynamics, load_factors(scene)
     if movement.shape == "jacks":
@@ -69,6 +70,19 @@ def what_moves(scene: Scene) -> str:
         way, form = {"x": "along the wall", "y": "up and down"}[motion.direction], motion.kind.replace("_", " ")
         said.append(f"the base shakes {way} from {start:.4g} to {end:.4g} s ({form})")
     return "; ".join(said)
+
+
+def _moves_in_plan(house: House) -> str:
+    """Lowest and highest ground under the walls at full movement."""
+    share = np.linspace(0.0, 1.0, POINTS_ALONG)
+    moved = {w.name: 1e3 * house.surface(w.points(share * w.length)) for w in house.wall}
+    low, high = min(moved, key=lambda name: moved[name].min()), max(moved, key=lambda name: moved[name].max())
+    down, up = (round(value, 2) + 0.0 for value in (moved[low].min(), moved[high].max()))  # no -0
+    shapes = " and ".join(mound.shape for mound in (house.mound, *house.source))
+    return (
+        f"The ground ({shapes}) ends lowest under '{low}', at {down:.3g} mm, and highest under '{high}', "
+        f"at {up:.3g} mm (up is positive)"
+    )
 
 
 def _ground(scene: Scene, factor: float) -> tuple[float, str]:

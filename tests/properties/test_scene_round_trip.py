@@ -54,7 +54,7 @@ def test_with_values_of_itself_is_itself(tables: dict):
     except InputError:
         assume(False)
     values = {}
-    for place in scene.number_places():
+    for place in scene.numbers:
         value = scene
         for step in place.split("."):
             value = value[int(step) - 1] if step.isdigit() else getattr(value, step)

@@ -8,6 +8,7 @@ import pytest
 from damagepred.errors import InputError
 from damagepred.scene import House, Scene
 from damagepred.scene.plan_ground import drift
+from damagepred.scene.what_moves import what_moves
 
 
 def wall(name, start, end, **more):
@@ -211,7 +212,7 @@ def test_the_ground_that_does_not_move_is_at_0() -> None:
     ends = [*plan.values(), (0.0, 0.0)]
     walls = [{"name": name, "start": ends[k], "end": ends[k + 1]} for k, name in enumerate(plan)]
     mound = {"shape": "tree", "point": (-1.0, 0.0), "reach": 4.0, "surface_movement": 0.04}
-    moved = House.from_dict({"wall": walls, "mound": mound, "movement": {"kind": "settle"}}).moves_in_plan
+    moved = what_moves(House.from_dict({"wall": walls, "mound": mound, "movement": {"kind": "settle"}}))
     assert moved.startswith("The ground (tree) ends lowest under 'front', at -")
     assert ", at 0 mm (up is positive)" in moved
 

@@ -147,8 +147,8 @@ def test_with_values_changes_that_number_and_no_other(house: Scene, place: str, 
     changed = house.with_values({place: value})
     assert look(changed) == value
     assert look(house) != value  # the original stays
-    old = {p: _at(house, p) for p in house.number_places()}
-    new = {p: _at(changed, p) for p in changed.number_places()}
+    old = {p: _at(house, p) for p in house.numbers}
+    new = {p: _at(changed, p) for p in changed.numbers}
     assert new == old | {place: value}
 
 

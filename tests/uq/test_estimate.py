@@ -57,7 +57,7 @@ def test_the_error_of_replicates_is_that_of_the_mean_of_their_means() -> None:
     assert (found.value, found.error) == (pytest.approx(0.4), pytest.approx(error))
 
 
-PLACES = Scene.from_dict({}).number_places()
+PLACES = list(Scene.from_dict({}).numbers)
 
 
 def table(tmp_path: Path, text: str) -> dict[str, np.ndarray]:
