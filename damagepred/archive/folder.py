@@ -21,7 +21,7 @@ import os
 import re
 import socket
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
@@ -109,7 +109,7 @@ class StudyFolder:
             return True
         if not self.path.is_dir():
             return False
-        if any(True for folder in (self.parts, self.failures) for _ in _names(folder)):
+        if _names(self.parts) or _names(self.failures):
             return False
         return all(name in _BEGUN or re.fullmatch(r"\..*\.tmp", name) for name in _names(self.path))
 
@@ -365,14 +365,12 @@ def _warn(message: str) -> None:
     warnings.warn(message, ArchiveWarning, stacklevel=3)
 
 
-def _names(folder: Path) -> Iterator[str]:
+def _names(folder: Path) -> list[str]:
     """Names in a folder; none if the folder is missing."""
     try:
-        with os.scandir(folder) as entries:
-            for entry in entries:
-                yield entry.name
+        return os.listdir(folder)
     except FileNotFoundError:
-        return
+        return []
     except NotADirectoryError:
         raise DamagedError(f"{folder}: is no folder; move it away and run the same command again.") from None
 

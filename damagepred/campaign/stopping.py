@@ -19,7 +19,7 @@ class InterimAnalysis(NamedTuple):
     """Interim analysis of a sequential stopping rule: the estimate at a number of samples."""
 
     samples: int  # walls run
-    estimate: Estimate | None  # with an interval that holds at all looks together
+    estimate: Estimate  # with an interval that holds at all looks together
     enough: bool  # whether the interval was narrow enough
 
 
@@ -40,27 +40,26 @@ def run_until(
     **options: Any,
 ) -> Ending:
     """Run a study until its ``stop_when`` is met, or all samples are run; ``options`` as of ``Campaign.run``."""
-    how, most = study.settings.study, samples or study.settings.study.samples
-    rule = how.stop_when
-    if rule is not None and how.sampler == "lhs":
+    how = study.settings.study
+    most, rule = samples or how.samples, how.stop_when
+    if rule is None:
+        summary = study.run(out, most, workers, executor, **options)
+        return Ending(summary, [], "interrupted" if summary.interrupted else "samples")
+    if how.sampler == "lhs":
         raise InputError("[study.stop_when]: a Latin hypercube cannot be extended from look to look; take 'sobol'.")
-    sizes = interim_sizes(rule.first, most) if rule is not None else [most]
-    replicated = how.replicates >= ENOUGH_REPLICATES
-    confidence = 0.9 if rule is None else interim_confidence(sizes, rule.confidence, replicated)
+    sizes = interim_sizes(rule.first, most)
+    confidence = interim_confidence(sizes, rule.confidence, how.replicates >= ENOUGH_REPLICATES)
     seen: list[InterimAnalysis] = []
-    while True:
-        count = sizes[len(seen)]
+    for count in sizes:
         summary = study.run(out, count, workers, executor, **options)
         if summary.interrupted:
             return Ending(summary, seen, "interrupted")
-        look = InterimAnalysis(summary.done, None, False)
-        if rule is not None:
-            estimate = rule.estimate(open_study(out).isel(sample=slice(count)), confidence)  # also if more are done
-            look = InterimAnalysis(summary.done, estimate, rule.met(estimate))
-        seen.append(look)
-        reason = "enough" if seen[-1].enough else "samples" if count == sizes[-1] else ""
-        if reason:
-            looks = [{"samples": n, "enough": e, **(found._asdict() if found else {})} for n, found, e in seen]
-            content = {"quantity": rule.name() if rule is not None else "", "reason": reason, "looks": looks}
-            write_text(Path(out) / "stopping.json", json.dumps(content, indent=2) + "\n")
-            return Ending(summary, seen, reason)
+        estimate = rule.estimate(open_study(out).isel(sample=slice(count)), confidence)  # also if more are done
+        seen.append(InterimAnalysis(summary.done, estimate, rule.met(estimate)))
+        if seen[-1].enough:
+            break
+    reason = "enough" if seen[-1].enough else "samples"
+    looks = [{"samples": n, "enough": enough, **estimate._asdict()} for n, estimate, enough in seen]
+    content = {"quantity": rule.name(), "reason": reason, "looks": looks}
+    write_text(Path(out) / "stopping.json", json.dumps(content, indent=2) + "\n")
+    return Ending(summary, seen, reason)

@@ -54,14 +54,13 @@ def _spread(times: tuple[float, ...], noun: str) -> str:
     return f"; on average of {len(times)} {noun}s, {duration(min(times))} to {duration(max(times))}"
 
 
-def ending_lines(ending: Ending, rule: StopWhen | None) -> list[str]:
+def ending_lines(ending: Ending, rule: StopWhen) -> list[str]:
     """Estimates at the looks of a study, and the reason why it ended."""
     said = []
     for look in ending.looks:
-        if rule is not None and look.estimate is not None:
-            e = look.estimate
-            over = f"{e.lower:.4g} to {e.upper:.4g} ({rule.confidence:.0%} over all looks)"
-            said.append(f"look at {look.samples} walls: {rule.name()} = {e.value:.4g}, {over}")
+        e = look.estimate
+        over = f"{e.lower:.4g} to {e.upper:.4g} ({rule.confidence:.0%} over all looks)"
+        said.append(f"look at {look.samples} walls: {rule.name()} = {e.value:.4g}, {over}")
     reasons = {
         "enough": "narrow enough: no further walls are run",
         "samples": "all walls allowed are run, and the interval is not narrow enough yet",
