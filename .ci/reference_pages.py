@@ -20,7 +20,7 @@ from pydantic_core import PydanticUndefined
 from damagepred import guide
 from damagepred.archive.schema import VARIABLES
 from damagepred.archive.schema import Variable as ArchiveVariable
-from damagepred.campaign.settings import Sampling
+from damagepred.campaign.sampling import Sampling
 from damagepred.scene import Corner, GroundSource, PlanMound, PlanWall, Scene
 from damagepred.scene.quantity import Quantity
 from damagepred.solvers.options import option_classes

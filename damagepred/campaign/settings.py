@@ -8,42 +8,33 @@ import warnings
 from collections.abc import Collection, Iterable, Mapping
 from copy import copy
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import Field
 
 from damagepred.archive.schema import SCHEMA_VERSION
 from damagepred.archive.versions import COUNTS_FROM_1, ELASTIC_BRICKS, from_0, from_1, with_defaults_of
 from damagepred.arrays import FloatArray
+from damagepred.campaign.sampling import Sampling
 from damagepred.damage import DamageTable
 from damagepred.damage.judge import Rules
 from damagepred.damage.table import STATE_TAKES
 from damagepred.errors import InputError, nearest
 from damagepred.formatting import quantity
 from damagepred.inputs.input_files import parse_toml, read_toml
-from damagepred.inputs.text import check_title
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Report, Scene
 from damagepred.scene.described import build, described, plain
 from damagepred.scene.material_library import material
 from damagepred.scene.plausibility import require_possible
-from damagepred.scene.quantity import Count, Pure, to_si
+from damagepred.scene.quantity import Pure, to_si
 from damagepred.scene.scene import unchecked_scene
 from damagepred.solvers.options import SolverOptions
 from damagepred.uq.design import Design, Sampler
-from damagepred.uq.importance import Proposal, check
+from damagepred.uq.importance import check
 from damagepred.uq.samplers import WEIGHT, read_table
-from damagepred.uq.stopping import StopWhen
 from damagepred.uq.variable import Variable
-
-
-def _stop(value: Any) -> Any:
-    whole = isinstance(value, int) and not isinstance(value, bool)
-    if value is None or value == "none" or (whole and value >= 1):
-        return value
-    raise ValueError('must be the number of a category, 1 or more, or "none" to solve every path to its end')
-
 
 _REMOVED = {
     "coarse": "two-level estimates have been removed; take more walls, or `damagepred rare` for small probabilities",
@@ -53,54 +44,6 @@ _REMOVED = {
 """Keys of ``[study]`` in files of older versions, and what to use instead."""
 
 VERSION = "schema_version"  # key of the frozen copy of a study; without it the study is of version 7 or older
-Stop = Annotated[Any, BeforeValidator(_stop)]  # category at which a path ends, ``"none"``, or None
-
-
-@described
-class Sampling:
-    """Sampling of the walls (``[study]``)."""
-
-    title: Annotated[str, AfterValidator(check_title)] | None = None
-    """Question of the study; by default the scene's title."""
-    samples: Count = Field(default=100, ge=1)
-    """Number of walls; ``-n`` of the command takes precedence."""
-    seed: Count = Field(default=1, ge=0, lt=2**63)
-    """Seed of all random streams."""
-    sampler: Literal["sobol", "lhs", "random", "table"] = "sobol"
-    """Sampler of the values for whole walls. A Latin hypercube cannot be extended."""
-    replicates: Count = Field(default=1, ge=1, le=1024)
-    """Number of independent scrambles of the Sobol points, in turn. From 4 on, the differences of their means give the
-    error of an estimate. With fewer, the points count as random, on the safe side."""
-    table: str | None = None
-    """CSV file with the samples for ``sampler = "table"``, beside the study file: one row per wall."""
-    table_columns: tuple[str, ...] = ()
-    """Variables of the table, from its header."""
-    importance: dict[str, Proposal] = Field(default_factory=dict)
-    """Where variables are drawn instead, by place; every sample then has a ``weight``."""
-    nominal_share: Pure = Field(default=0.0, ge=0, lt=1)
-    """With ``importance``, share of walls drawn as the distributions say; it keeps weights below one over it."""
-    stop_when: StopWhen | None = None
-    """Run no more walls once a quantity is known well enough; ``samples`` is then the most there may be."""
-    epistemic: dict[str, dict[str, dict[str, Any]]] = Field(default_factory=dict)
-    """Alternatives to the distributions, by name: ``[study.epistemic."less sure"."dpc.friction"] cov = 0.3``. Walls are
-    weighted, not run again (``damagepred estimate``)."""
-    fields_from: Scene | None = None
-    """The wall on whose joints the fields are drawn, if not the scene's own; a joint has the value of the nearest."""
-    store_fields: bool = True
-    """Whether the design file also records every joint's values. They follow from the seed; the record is for the
-    archive."""
-    material_scatter: bool = False
-    """Whether all values of ``scene.material`` with a known scatter are lognormal variables, with the correlations of
-    the library, in addition to the given variables."""
-    stop_at_category: Stop = None
-    """A path ends once this category is reached, and the movement beyond is not solved. None: the table's highest;
-    "none": every path is solved to the end of the movement."""
-    crossed: bool = False
-    """Only for replays of archives of version 0.1: samples in fours, two walls and two fields in every combination."""
-    movement: Literal["path", "sampled", "both"] = "path"
-    """Stored increments of each wall. ``path``: every increment up to its own sampled movement. ``sampled``: only the
-    end of it, one value per sample. ``both``: also the end, as ``end_*``. With the end, paths are solved to it unless
-    ``stop_at_category`` is given."""
 
 
 @described
@@ -231,8 +174,6 @@ class StudySettings:
     def _with_sample_table(self, folder: Path) -> StudySettings:
         """Settings with the absolute path and the columns of the checked table of samples."""
         how = self.study
-        if (how.table is None) != (how.sampler != "table"):
-            raise InputError('study.table: goes with sampler = "table", which needs it.')
         if how.table is None or how.table_columns:
             return self
         file = str((folder / how.table).resolve())
@@ -271,7 +212,9 @@ class StudySettings:
         if (others := self.study.fields_from) is not None and len(others.scenes) != len(self.scene.scenes):
             raise InputError(f"{source}: study.fields_from: must have as many walls as the scene.")
         self._check_correlation(source, self.scene.numbers)
-        self._check_sampling(source)
+        check([key for key, variable in self.variables.items() if variable.field is None], self.study.importance)
+        if self.study.stop_when is not None and self.study.stop_when.category > table.highest:
+            raise InputError(f"{source}: [study.stop_when] category: must be at most {table.highest}.")
         self._check_range(source)
 
     def _check_correlation(self, source: str, places: Collection[str]) -> None:
@@ -292,30 +235,6 @@ class StudySettings:
                 raise InputError(f"{where}: must be a number from -1 to 1.")
             if stated.setdefault(pair, value) != value:
                 raise InputError(f"{where}: the same pair is given {stated[pair]:g} before; leave one of them out.")
-
-    def _check_sampling(self, source: str) -> None:
-        how = self.study
-        wall = [key for key, v in self.variables.items() if v.field is None]
-        if how.replicates > 1 and how.sampler != "sobol":
-            raise InputError(f"{source}: study.replicates = {how.replicates}: is for sampler = 'sobol' alone.")
-        if how.importance and how.sampler == "table":
-            raise InputError(f"{source}: [study.importance]: a table's samples are as they are; give it no importance.")
-        if how.nominal_share and not how.importance:
-            raise InputError(f"{source}: study.nominal_share = {how.nominal_share:g}: goes with [study.importance].")
-        check(wall, how.importance)
-        if how.stop_when is not None:
-            if how.movement == "sampled":
-                raise InputError(
-                    f'{source}: [study.stop_when]: with movement = "sampled" each wall has a result only at its own '
-                    'movement, not at a common one; take movement = "both".'
-                )
-            if how.stop_when.category > (highest := self.damage_table.highest):
-                raise InputError(f"{source}: [study.stop_when] category: must be at most {highest}.")
-            if how.stop_when.first % how.replicates:
-                raise InputError(
-                    f"{source}: [study.stop_when] first = {how.stop_when.first}: must be a multiple of replicates = "
-                    f"{how.replicates}."
-                )
 
     def _check_range(self, source: str) -> None:
         """Refuse distributions whose median or tails the scene cannot take."""
