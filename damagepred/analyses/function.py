@@ -11,8 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from scipy import special
 
-from damagepred.archive.parts import Column
-from damagepred.archive.schema import VARIABLES
+from damagepred.archive.schema import VARIABLES, Column
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Limits
 from damagepred.campaign.cost_estimate import require_affordable

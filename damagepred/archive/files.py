@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.digest import NO_STUDY, SINCE, check_study, sign, signature
-from damagepred.archive.schema import VARIABLES, check_attributes, check_values
+from damagepred.archive.schema import VARIABLES, check_attributes, check_values, columns_of
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError
 
@@ -165,7 +165,7 @@ def read_dataset(path: str | Path, study: str | None = None) -> xr.Dataset:
         warnings.warn(message, ArchiveWarning, stacklevel=2)
     if file_study is None:
         check_attributes(ds.attrs, str(file))
-    check_values({str(name): (v.dims, v.values, v.attrs) for name, v in ds.variables.items()}, str(file))
+    check_values(columns_of(ds), str(file))
     ds = brought_up_to_date(int(version), str(file), ds)
     ds = ds.assign({name: ds[name].astype(np.float64) for name in ds.data_vars if ds[name].dtype == np.float32})
     for variable in ds.variables.values():

@@ -33,13 +33,16 @@ import xarray as xr
 
 from damagepred.archive.digest import read_signed_json, signed, signed_json, study_hash, verified
 from damagepred.archive.files import check_output, read_dataset, write_dataset, write_text, write_whole
-from damagepred.archive.parts import Column, Columns, columns_of, read_part
+from damagepred.archive.parts import read_part
 from damagepred.archive.provenance import Environment, as_table, from_table, provenance
 from damagepred.archive.schema import (
     FLAG_FILL,
     SCHEMA_VERSION,
     VARIABLES,
+    Column,
+    Columns,
     check_attributes,
+    columns_of,
     dataset,
     with_shared_movement,
 )

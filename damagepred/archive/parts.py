@@ -7,9 +7,9 @@ program reads.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,32 +17,12 @@ from numpy.typing import NDArray
 
 from damagepred.archive.digest import NO_STUDY, check_study, signed, verified
 from damagepred.archive.files import READER_ERRORS, read_dataset, write_whole
-from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES, check_values
+from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES, Column, Columns, check_values, columns_of
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import DamagedError, InputError
 from damagepred.inputs.input_files import LARGEST_TABLE, read_bytes
 
 CLASSIC = b"CDF"  # first bytes of a file in the classic format
-
-
-class Column(NamedTuple):
-    """Variable of a part: dimensions, values in SI (unknown flags are -1), CF attributes."""
-
-    dims: tuple[str, ...]
-    values: NDArray[Any]
-    attributes: Mapping[str, Any]
-
-
-Columns = dict[str, Column]
-
-
-def columns_of(ds: xr.Dataset, names: set[str] | None = None) -> Columns:
-    """Variables of a dataset of a study, as columns of a part; with names only these."""
-    return {
-        str(name): Column(tuple(map(str, v.dims)), v.values, v.attrs)
-        for name, v in ds.variables.items()
-        if names is None or name in names
-    }
 
 
 def study_dims(name: str) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ import csv
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -254,22 +254,39 @@ NUMBERS = {
 }
 """Global attributes that are text, and numbers between two bounds."""
 
-Columns = Mapping[str, tuple[tuple[Any, ...], NDArray[Any], Mapping[Any, Any]]]
-"""Dimensions, values and attributes by name."""
+
+class Column(NamedTuple):
+    """Variable of a file: dimensions, values in SI (unknown flags are -1), CF attributes."""
+
+    dims: tuple[str, ...]
+    values: NDArray[Any]
+    attributes: Mapping[str, Any]
+
+
+Columns = dict[str, Column]
+
+
+def columns_of(ds: xr.Dataset, names: set[str] | None = None) -> Columns:
+    """Variables of a dataset as columns; with names only these."""
+    return {
+        str(name): Column(tuple(map(str, v.dims)), v.values, v.attrs)
+        for name, v in ds.variables.items()
+        if names is None or name in names
+    }
 
 
 def check_values(columns: Columns, source: str, ranges: bool = False) -> None:
     """Check dimensions, types, flags and ranges of registered variables, and that solved samples have values."""
-    for name, (dims, values, attributes) in columns.items():
-        if name in VARIABLES and (wrong := _wrong(name, dims, values, attributes)):
+    for name, column in columns.items():
+        if name in VARIABLES and (wrong := _wrong(name, *column)):
             raise DamagedError(f"{source}: is damaged: {name} {wrong}.")
-        if ranges and name in NOT_NEGATIVE and float(np.nanmin(values, initial=0.0)) < 0.0:
+        if ranges and name in NOT_NEGATIVE and float(np.nanmin(column.values, initial=0.0)) < 0.0:
             raise DamagedError(f"{source}: {name} is negative.")
     if wrong := _unknown_widths(columns):
         raise DamagedError(f"{source}: is damaged: {wrong}.")
 
 
-def _wrong(name: str, dims: tuple[Any, ...], values: NDArray[Any], attributes: Mapping[Any, Any]) -> str:
+def _wrong(name: str, dims: tuple[str, ...], values: NDArray[Any], attributes: Mapping[str, Any]) -> str:
     registered = VARIABLES[name]
     own, wanted = ([d for d in given if d not in ("sample", "increment")] for given in (dims, registered.dims))
     if own != wanted or "sample" in dims[1:]:
@@ -292,8 +309,8 @@ def _unknown_widths(columns: Columns) -> str:
     """Sentence if a solved sample lacks values of increments of its path, or ""."""
     if not {"status", "crack_width_max", "base_reaction"} <= columns.keys():
         return ""
-    solved = np.isin(columns["status"][1], SOLVED)
-    width, force = (np.isfinite(columns[name][1]) for name in ("crack_width_max", "base_reaction"))
+    solved = np.isin(columns["status"].values, SOLVED)
+    width, force = (np.isfinite(columns[name].values) for name in ("crack_width_max", "base_reaction"))
     if width.shape != force.shape or width.shape[:1] != solved.shape:
         return "crack_width_max, base_reaction and status differ in shape"
     if width.ndim == 1:  # only the end of the movement, which a path may not have reached

@@ -170,7 +170,7 @@ def exposed_top(scene: Scene, bricks: Sequence[Brick]) -> list[tuple[int, float,
 
 def _is_open(wall: Wall, hole: Opening) -> bool:
     """Whether a hole reaches the top of the wall."""
-    return hole.top > wall.lowest_top(hole.x, hole.right) - EDGE_TOLERANCE * wall.block_height
+    return hole.top > wall.lowest_top(hole) - EDGE_TOLERANCE * wall.block_height
 
 
 def _closed(perpends: frozenset[int], other: frozenset[int], ends: set[int]) -> frozenset[int]:

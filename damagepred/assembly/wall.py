@@ -308,7 +308,7 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
     length = scene.wall.length
     if line_load:
         load[footing, 1] -= line_load * length * blocks.area[footing] / blocks.area[footing].sum()
-    measures = scene.movement.measures(length, scene.wall.block_length) if scene.movement.settles else None
+    measures = scene.movement.measures(scene.wall) if scene.movement.settles else None
     model = Model(
         blocks=blocks,
         interfaces=interfaces,

@@ -15,9 +15,9 @@ import numpy as np
 from damagepred.archive import schema
 from damagepred.archive.cautions import TOLERANCES, energy_shares, implausible
 from damagepred.archive.folder import StudyFolder
-from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
+from damagepred.archive.parts import alike, joined, read_part, study_dims, write_part
 from damagepred.archive.provenance import as_table, environment
-from damagepred.archive.schema import FLAG_FILL, VARIABLES
+from damagepred.archive.schema import FLAG_FILL, VARIABLES, Column, Columns
 from damagepred.arrays import FloatArray
 from damagepred.assembly import wall_geometry
 from damagepred.assembly.house import HouseModel

@@ -20,7 +20,7 @@ from damagepred.archive.digest import read_signed_json, signature, study_hash
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
-from damagepred.archive.schema import check_values
+from damagepred.archive.schema import check_values, columns_of
 from damagepred.campaign.campaign import Campaign
 from damagepred.campaign.replay import BIT_FOR_BIT, replay
 from damagepred.campaign.settings import read_frozen
@@ -90,7 +90,7 @@ def _study_folder(path: str | Path) -> StudyFolder:
 def _check_file(file: Path) -> xr.Dataset:
     ds = read_dataset(file)
     signature(file, whole=True)
-    _check_values(ds, str(file))
+    check_values(columns_of(ds), str(file), ranges=True)
     return ds
 
 
@@ -102,7 +102,7 @@ def _check_folder(folder: StudyFolder, result: Verification) -> xr.Dataset | Non
         _check_file(folder.design_file)
         ds, left_out = folder.read(derived=False)
         result.damaged += left_out.values()
-        _check_values(ds, str(folder.parts))
+        check_values(columns_of(ds), str(folder.parts), ranges=True)
     unsigned = 0
     for file in (folder.study_file, folder.design_file, folder.results_file, *folder.part_files()):
         with result.check():
@@ -125,10 +125,6 @@ def _check_folder(folder: StudyFolder, result: Verification) -> xr.Dataset | Non
     if unsigned:
         result.notes.append(f"{unsigned} files have no digest, as in older versions: only values were checked.")
     return ds
-
-
-def _check_values(ds: xr.Dataset, source: str) -> None:
-    check_values({str(n): (v.dims, v.values, v.attrs) for n, v in ds.variables.items()}, source, ranges=True)
 
 
 def _compare(whole: xr.Dataset, parts: xr.Dataset, file: Path) -> None:

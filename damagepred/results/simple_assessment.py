@@ -100,7 +100,7 @@ def angular_distortion(scene: Scene, deflection_ratio: float | None = None) -> f
     ratio = _own_ratio(scene) if deflection_ratio is None else float(deflection_ratio)
     movement, length = scene.movement, scene.wall.length
     if movement.settles:
-        own = movement.measures(length, scene.wall.block_length)
+        own = movement.measures(scene.wall)
         return ratio * own["angular_distortion"] / (own["deflection_ratio"] or np.inf)
     if not movement.prescribed or movement.central_deflection == 0:
         return 4 * ratio
@@ -169,5 +169,5 @@ def _own_ratio(scene: Scene) -> float:
             "known beforehand; give deflection_ratio, for instance of the solved wall."
         )
     if scene.movement.settles:
-        return scene.movement.measures(scene.wall.length, scene.wall.block_length)["deflection_ratio"]
+        return scene.movement.measures(scene.wall)["deflection_ratio"]
     return scene.movement.central_deflection / scene.wall.length

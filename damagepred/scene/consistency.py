@@ -34,7 +34,7 @@ def check_movement(scene: Scene) -> None:
     """Refuse a movement that differs from its stages, is too large, or lacks the history that slow strains need."""
     movement, most = scene.movement, MOST_MOVEMENT * scene.wall.length
     if movement.stage and movement.shape == "mound":
-        movement.require_largest("surface_movement", scene.mound.surface_movement)
+        movement.require_largest(scene.mound.surface_movement)
     _check_slow_strains(scene)
     if (movement.settles or scene.deflection_is_given) and movement.size > most:
         raise ValueError(
@@ -56,7 +56,7 @@ def _check_openings(scene: Scene) -> None:
                     f"{name}: {key} = {end:g} m reaches outside the wall, whose {size} is {most:g} m."
                     + likely_unit(end, most, "m")
                 )
-        if hole.top > (lowest := wall.lowest_top(hole.x, hole.right)) + tolerance:
+        if hole.top > (lowest := wall.lowest_top(hole)) + tolerance:
             raise ValueError(
                 f"{name}: y + height = {hole.top:g} m reaches above the top of the wall there, {lowest:g} m; make "
                 "it lower, or raise wall.top"
@@ -81,7 +81,7 @@ def _outlives_the_gauge(name: str, hole: Opening, wall: Wall) -> None:
         ("strip of wall on its right", wall.length - hole.right, along),
         ("height", hole.height, up),
         ("strip of wall below it", hole.y, up),
-        ("strip of wall above it", wall.lowest_top(hole.x, hole.right) - hole.top, up),
+        ("strip of wall above it", wall.lowest_top(hole) - hole.top, up),
     ):
         if 1e-9 * wall.length < size <= least:
             raise ValueError(
@@ -125,7 +125,7 @@ def _check_control_joints(scene: Scene) -> None:
 
 
 def _check_run_in_time(scene: Scene) -> None:
-    """Refuse what a run in time does not have."""
+    """Refuse tables that a run in time does not read."""
     by_time = scene.creep is not None and scene.creep.relaxation_time is not None
     for given, none, other in (
         (scene.control_joint, "has no control joints", "[[control_joint]]"),

@@ -16,11 +16,11 @@ from damagepred.errors import InputError
 from damagepred.scene.described import described, takes_number
 from damagepred.scene.keys import require_own_names, step_names
 from damagepred.scene.materials import Loads
-from damagepred.scene.mound import Mound
+from damagepred.scene.mound import REACTIVE, Mound
 from damagepred.scene.movement import Movement
 from damagepred.scene.movement_stage import OPPOSITE, Kind
 from damagepred.scene.plan import Corner, Junction, PlanWall, junctions
-from damagepred.scene.plan_ground import REACTIVE, GroundSource, Outline, PlanMound, check_grid, drift, rise
+from damagepred.scene.plan_ground import GroundSource, Outline, PlanMound, check_grid, drift, rise
 from damagepred.scene.scene import Scene
 from damagepred.scene.wall import Wall
 
@@ -219,7 +219,13 @@ class House(Scene):
         return Mound(shape="table", surface_movement=size, table=tuple(zip(share.tolist(), fraction.tolist())))
 
     def surface(self, points: FloatArray, factor: float = 1.0) -> FloatArray:
-        """Upward displacement (m) of the ground at points in plan (..., 2) (m), before the footings press it."""
+        """Upward displacement (m) of the ground before the footings press it.
+
+        Parameters
+        ----------
+        points, factor
+            Points in plan (..., 2) (m); load factor, below 0 on the side opposite to ``movement.kind``.
+        """
         return self._moved(rise, points, factor)
 
     def _drift(self, points: FloatArray, factor: float = 1.0) -> FloatArray:

@@ -232,7 +232,13 @@ class HeadJoint:
         return replace(bed, **{name: self.of_bed(name, getattr(bed, name)) for name in Joint.__dataclass_fields__})
 
     def of_bed(self, name: str, value: Any) -> Any:
-        """Value of a key of head joints, from its value or array of values of the beds."""
+        """Value of a key of head joints.
+
+        Parameters
+        ----------
+        name, value
+            Key, and its value of the beds: a number or an array of numbers, a word, a bool or None.
+        """
         given = getattr(self, name)
         if given is not None or value is None or isinstance(value, bool | str):
             return value if given is None else given

@@ -16,6 +16,8 @@ from damagepred.scene.movement import Movement
 from damagepred.scene.movement_stage import UP, Kind
 from damagepred.scene.quantity import Length, Pure
 
+REACTIVE = ("walsh", "mitchell")  # mounds of reactive clay, with a fixed middle
+
 
 @described
 class Mound:
@@ -134,31 +136,49 @@ class Mound:
         return replace(self, surface_movement=load_factor * self.surface_movement)
 
     def proportional(self, length: float, kind: Kind) -> bool:
-        """Whether smaller movements have the same form: the edge distance of a Walsh mound grows up to a limit."""
+        """Whether the mounds of smaller surface movements have the same form under a wall.
+
+        The edge distance of a Walsh mound grows with the movement up to a limit.
+
+        Parameters
+        ----------
+        length, kind
+            Same as for ``profile``.
+        """
         return self.shape != "walsh" or self.at(0.0).edge(length, kind) == self.edge(length, kind)
 
     def profile(self, x: FloatArray, length: float, kind: Kind) -> FloatArray:
-        """Vertical displacement (m, upwards) of the free surface at distances x (m) from the left end of a wall."""
+        """Vertical displacement (m, upwards) of the free surface at full movement.
+
+        Parameters
+        ----------
+        x : array of float
+            Distance from the left end of the wall (m), any shape.
+        length : float
+            Length of the wall (m).
+        kind : {"dishing", "doming", "settle", "heave"}
+            Kind of movement.
+        """
         x = np.asarray(x, dtype=np.float64)
         size = self.largest(kind) if kind in UP else -self.largest(kind)
         if size == 0.0:  # the edge of a Walsh mound may be 0
             return np.zeros_like(x)
-        if self.shape == "walsh":
-            return -size * walsh(x, length, self.edge(length, kind))
-        if self.shape == "mitchell":
-            return -size * mitchell(x, length, self.mound_exponent(length))
-        away = x - self.axis(length)
-        if self.shape == "tree":
-            return size * tree(away, self.extent(length), self.exponent or 2.0)
-        if self.shape == "pipe":
-            return size * bell(away, self.extent(length))
-        if self.shape == "tunnel":
-            return size * gaussian(away, self.extent(length))
-        return size * through_points(self.table, x / length)
+        if self.shape in REACTIVE:
+            return -size * clay_form(self, x, length, kind)
+        if self.shape == "table":
+            return size * through_points(self.table, x / length)
+        return size * local_form(self, x - self.axis(length), length)
 
     def horizontal(self, x: FloatArray, length: float, kind: Kind) -> FloatArray:
-        """Horizontal displacement (m, to the right) of the free surface at distances x (m) from the left end.
+        """Horizontal displacement (m, to the right) of the free surface at full movement.
 
+        Parameters
+        ----------
+        x, length, kind
+            Same as for ``profile``.
+
+        Notes
+        -----
         0 except for a tunnel of known depth: u = v (x - x_axis) / z_0, with v the vertical displacement, upwards. Every
         point moves towards the tunnel's axis (O'Reilly and New 1982; Attewell and Woodman 1982).
         """
@@ -168,8 +188,15 @@ class Mound:
         return self.profile(x, length, kind) * (x - self.axis(length)) / self.tunnel_depth
 
     def edge(self, length: float, kind: Kind) -> float:
-        """Edge distance e (m) of the Walsh mound under a wall of some length (m).
+        """Edge distance e (m) of the Walsh mound under a wall.
 
+        Parameters
+        ----------
+        length, kind
+            Same as for ``profile``.
+
+        Notes
+        -----
         AS 2870-2011, Appendix F. By the manual of a design program (CORD of FMG Engineering), e depends on y_m and H_s
         in doming, and on y_m in dishing; it has the units (secondary). The numbers in the formulas are assumed.
         """
@@ -202,6 +229,21 @@ class Mound:
         if self.shape == "tunnel" and self.tunnel_depth is not None:
             return self.trough_width * self.tunnel_depth
         return length if self.shape == "tree" else length / 2.0
+
+
+def clay_form(mound: Mound, x: FloatArray, length: float, kind: Kind) -> FloatArray:
+    """Mound of reactive clay under a wall: 0 in the middle, 1 at both ends."""
+    if mound.shape == "walsh":
+        return walsh(x, length, mound.edge(length, kind))
+    return mitchell(x, length, mound.mound_exponent(length))
+
+
+def local_form(mound: Mound, away: FloatArray, length: float) -> FloatArray:
+    """Movement at distances (m) from a tree, a wet patch or a tunnel's axis, 1 at the largest."""
+    reach = mound.extent(length)
+    if mound.shape == "tree":
+        return tree(away, reach, mound.exponent or 2.0)
+    return gaussian(away, reach) if mound.shape == "tunnel" else bell(away, reach)
 
 
 def walsh(x: FloatArray, length: float, edge: float) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,6 +30,9 @@ from damagepred.scene.settlement import (
     signed_size,
     trough,
 )
+
+if TYPE_CHECKING:
+    from damagepred.scene.wall import Wall
 
 
 def _with_size(table: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -173,7 +176,7 @@ class Movement:
                 "the largest value of the test"
             )
         if self.shape not in ("mound", "loads"):
-            self.require_largest(wanted, self.size)
+            self.require_largest(self.size)
         return self
 
     def _take_stages(self, seasons: Seasons) -> None:
@@ -199,12 +202,12 @@ class Movement:
         seeded = self if not self.survey_error else replace(self, survey_seed=seed)
         return seeded if self.seasons is None else replace(seeded, seasons=replace(self.seasons, seed=seed))
 
-    def require_largest(self, name: str, full: float) -> None:
-        """Check that the full movement (m), by its key, is the largest of the stages (ValueError)."""
+    def require_largest(self, full: float) -> None:
+        """Check that the full movement (m) is the largest of the stages (ValueError)."""
         if full != self.largest:
             raise ValueError(
-                f"stage: {name} must be the largest of the stages; it is {full:g} m, and the largest of the stages is "
-                f"{self.largest:g} m"
+                f"stage: {self.size_key} must be the largest of the stages; it is {full:g} m, and the largest of the "
+                f"stages is {self.largest:g} m"
             )
 
     @model_validator(mode="after")
@@ -360,10 +363,27 @@ class Movement:
         return self.shape != "arc"
 
     def profile(self, position: FloatArray, length: float, load_factor: float = 1.0) -> FloatArray:
-        """Vertical displacement (m, upwards) of the footing at distances (m) from the left end of a wall.
+        """Vertical displacement (m, upwards) of the footing.
 
-        The middle deviates by +/- ``load_factor`` times ``central_deflection`` from the line through the ends, which
-        are fixed except in a table. With ``settlement`` this is the size of the profile.
+        Parameters
+        ----------
+        position : array of float
+            Distance x from the left end of the wall (m), any shape.
+        length : float
+            Length of the wall (m).
+        load_factor : float
+            Present movement over the full one.
+
+        Returns
+        -------
+        array of float
+            Same shape. The middle deviates by +/- ``load_factor`` times ``central_deflection`` from the line through
+            the ends, which are fixed except in a table. With ``settlement`` this is the size of the profile.
+
+        Raises
+        ------
+        InputError
+            If the footing bends freely.
         """
         if not self.prescribed:
             raise InputError(
@@ -404,7 +424,13 @@ class Movement:
         return self.shape == "trough" or bool(self.horizontal)
 
     def horizontal_profile(self, position: FloatArray, length: float) -> FloatArray:
-        """Displacement of the ground to the right (m) at full movement, as ``profile``."""
+        """Displacement of the ground to the right at full movement (m).
+
+        Parameters
+        ----------
+        position, length
+            Same as for ``profile``.
+        """
         x = np.asarray(position, dtype=np.float64)
         if self.shape == "trough":
             return self.profile(x, length) * (x - axis(self, length)) / trough(self)[1]
@@ -412,11 +438,11 @@ class Movement:
             return np.zeros_like(x)
         return self.sign * self.size * through_points(self.horizontal, x / length) / self._table_size
 
-    def measures(self, length: float, gauge: float) -> dict[str, float]:
-        """Settlement (m) and the measures of its distortion by variable; slopes and strains over a gauge length (m)."""
-        x = np.linspace(0.0, length, POINTS)
-        profiles = self.profile(x, length), self.horizontal_profile(x, length)
-        return {"settlement": self.size, **profile_measures(*profiles, length, gauge)}
+    def measures(self, wall: Wall) -> dict[str, float]:
+        """Settlement of the ground (m) and the measures of its distortion, over the length of a brick, by variable."""
+        x = np.linspace(0.0, wall.length, POINTS)
+        profiles = self.profile(x, wall.length), self.horizontal_profile(x, wall.length)
+        return {"settlement": self.size, **profile_measures(*profiles, wall.length, wall.block_length)}
 
     def check_settlement(self, length: float) -> None:
         """Refuse a settlement that the wall does not feel (ValueError)."""

@@ -46,8 +46,7 @@ class NumberTable:
     names: list[str]
     units: list[str]
     cells: pd.DataFrame  # text of the rows; the index is the line in the file, the columns count from 0
-    separator: str  # of cells, and of decimals
-    decimal: str
+    decimal: str  # separator of decimals
     line: int = 1  # of the header
 
     def find(self, name: str) -> int | None:
@@ -192,7 +191,7 @@ def read_number_table(path: str | Path, columns: int | None = None, header: bool
         raise InputError(f"{path}: has no rows of numbers.")
     decimal = _decimal(path, separator, frame)
     units = [match["unit"] if match else "" for match in matches]
-    return NumberTable(path, headers, names, units, frame, separator, decimal, first)
+    return NumberTable(path, headers, names, units, frame, decimal, first)
 
 
 def _decimal(path: Path, separator: str, cells: pd.DataFrame) -> str:

@@ -13,15 +13,13 @@ from pydantic import model_validator
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.scene.described import described, require_name
-from damagepred.scene.footing_profile import bell, gaussian
-from damagepred.scene.mound import Mound, mitchell, tree, walsh
+from damagepred.scene.mound import REACTIVE, Mound, clay_form, local_form
 from damagepred.scene.movement import Movement
 from damagepred.scene.movement_stage import UP, Kind
 from damagepred.scene.number_table import read_number_table
 from damagepred.scene.quantity import Length, Pure
 from damagepred.scene.survey_tables import LEVELS, POSITION, heights, moved
 
-REACTIVE = ("walsh", "mitchell")  # mounds of reactive clay, which span the outline of the house
 Shape = Literal["walsh", "mitchell", "tree", "pipe", "corner", "tunnel", "tilt", "levels"]
 AT_A_POINT = ("tree", "pipe", "corner", "tunnel")  # shapes that need a point of the plan
 
@@ -157,9 +155,7 @@ def rise(mound: PlanMound, points: FloatArray, outline: Outline, kind: Kind) -> 
     if mound.shape not in REACTIVE:
         return size * _form(mound, points, outline)
     forms = [
-        walsh(x, length, mound.edge(length, kind))
-        if mound.shape == "walsh"
-        else mitchell(x, length, mound.mound_exponent(length))
+        clay_form(mound, x, length, kind)
         for x, length in zip(np.moveaxis(points - np.array(outline.low), -1, 0), outline.size)
         if length > 0.0
     ]
@@ -168,9 +164,8 @@ def rise(mound: PlanMound, points: FloatArray, outline: Outline, kind: Kind) -> 
 
 def _form(mound: PlanMound, points: FloatArray, outline: Outline) -> FloatArray:
     """Surface over its largest movement."""
-    reach = mound.extent(max(outline.size))
     if mound.shape == "tunnel":
-        return gaussian(_off_axis(mound, points)[0], reach)
+        return local_form(mound, _off_axis(mound, points)[0], max(outline.size))
     if mound.shape == "tilt":
         ends = np.array([[x, y] for x in (outline.low[0], outline.high[0]) for y in (outline.low[1], outline.high[1])])
         along, corners = points @ _unit(mound), ends @ _unit(mound)
@@ -182,7 +177,7 @@ def _form(mound: PlanMound, points: FloatArray, outline: Outline) -> FloatArray:
         low, high = (np.take_along_axis(rows, k[..., None], axis=-1)[..., 0] for k in (i, i + 1))
         return low + (points[..., 0] - x[i]) / (x[i + 1] - x[i]) * (high - low)
     away = np.hypot(*np.moveaxis(points - np.array(mound.point), -1, 0))
-    return tree(away, reach, mound.exponent or 2.0) if mound.shape == "tree" else bell(away, reach)
+    return local_form(mound, away, max(outline.size))
 
 
 def _unit(mound: PlanMound) -> FloatArray:

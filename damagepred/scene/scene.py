@@ -156,9 +156,12 @@ class Scene:
         return "doming" if middle > 0.5 * (start + end) else "dishing"
 
     def ground_rise(self, x: FloatArray, factor: float = 1.0) -> FloatArray:
-        """Upward displacement (m) of the ground at x (m), before the footing presses it, at a load factor.
+        """Upward displacement (m) of the ground before the footing presses it.
 
-        Below 0 the ground moves to the side opposite to ``movement.kind``.
+        Parameters
+        ----------
+        x, factor
+            Distance from the left end of the wall (m); load factor, below 0 on the side opposite to ``movement.kind``.
         """
         movement, length = self.movement, self.wall.length
         if movement.shape != "mound":
@@ -222,7 +225,13 @@ class Scene:
 
     @classmethod
     def from_file_tables(cls, tables: Mapping[str, Any], folder: Path, source: str) -> Scene:
-        """Scene of the tables of a file, which name files in a folder, with the given keys recorded."""
+        """Build a scene from the tables of a file, and record the given keys.
+
+        Parameters
+        ----------
+        tables, folder, source
+            Tables of the scene, folder of the files that they name, and name of their own file for messages.
+        """
         tables, in_metres = with_input_tables(tables, folder)
         scene = cls.from_dict(tables, source=source)
         cls = type(scene)

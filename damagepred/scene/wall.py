@@ -61,10 +61,10 @@ class Wall:
         """Height of the top (m) at distances from the left end (m)."""
         return np.interp(x, *np.array(self.top).T) if self.top else np.full(np.shape(x), self.height)
 
-    def lowest_top(self, start: float, end: float) -> float:
-        """Least height of the top (m) over a stretch, between distances from the left end (m)."""
-        inside = [y for x, y in self.top if start < x < end]
-        ends = self.top_at(np.array([start, end]) + 1e-6 * (end - start) * np.array([1.0, -1.0]))
+    def lowest_top(self, hole: Opening) -> float:
+        """Least height of the top (m) over an opening."""
+        inside = [y for x, y in self.top if hole.x < x < hole.right]
+        ends = self.top_at(np.array([hole.x, hole.right]) + 1e-6 * (hole.right - hole.x) * np.array([1.0, -1.0]))
         return min([*inside, *ends.tolist()])
 
     @model_validator(mode="after")
@@ -162,7 +162,7 @@ def thin_strips(wall: Wall, openings: Sequence[Opening]) -> Iterator[str]:
         left = max([0.0, *(other.right for other in beside if other.right <= hole.x)])
         right = min([wall.length, *(other.x for other in beside if other.x >= hole.right)])
         low = max([0.0, *(other.top for other in over if other.top <= hole.y)])
-        high = min([wall.lowest_top(hole.x, hole.right), *(other.y for other in over if other.y >= hole.top)])
+        high = min([wall.lowest_top(hole), *(other.y for other in over if other.y >= hole.top)])
         for what, place, size, key, value in (
             ("pier", "to its left", hole.x - left, "x", left + least["pier"]),
             ("pier", "to its right", right - hole.right, "x", right - least["pier"] - hole.width),

@@ -45,9 +45,9 @@ class StopWhen:
     at: Length = Field(gt=0)
     """Movement (m) at which the probability of the category is estimated."""
     half_width: Pure | None = Field(default=None, gt=0)
-    """Of the confidence interval (1)."""
+    """Half the width of the confidence interval (1)."""
     relative_half_width: Pure | None = Field(default=None, gt=0)
-    """The same over the estimate."""
+    """Half the width over the estimate (1)."""
     confidence: Pure = Field(default=0.9, gt=0, lt=1)
     """Confidence level of all intervals together."""
     first: Count = Field(default=64, ge=8)

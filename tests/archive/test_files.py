@@ -11,8 +11,16 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.files import check_output, read_dataset, write_dataset, write_whole
-from damagepred.archive.parts import Column, Columns, joined, read_part, study_dims, write_part
-from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, category_attributes, dataset
+from damagepred.archive.parts import joined, read_part, study_dims, write_part
+from damagepred.archive.schema import (
+    FLAG_FILL,
+    SCHEMA_VERSION,
+    VARIABLES,
+    Column,
+    Columns,
+    category_attributes,
+    dataset,
+)
 from damagepred.errors import InputError, StudyError
 
 STEPS, BLOCKS, CONTACTS, OPENINGS, VERTICES = 4, 700, 2100, 2, 2800

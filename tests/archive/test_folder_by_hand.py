@@ -9,7 +9,8 @@ import pytest
 
 from damagepred.archive import provenance
 from damagepred.archive.folder import StudyFolder
-from damagepred.archive.parts import Column, joined, write_part
+from damagepred.archive.parts import joined, write_part
+from damagepred.archive.schema import Column
 from damagepred.errors import ArchiveWarning
 from tests.archive.test_files import row
 from tests.synthetic_studies import synthetic_study

@@ -13,7 +13,7 @@ import pytest
 import tomli_w
 
 from damagepred.archive.folder import StudyFolder
-from damagepred.archive.parts import Column
+from damagepred.archive.schema import Column
 from damagepred.assembly import Limits
 from damagepred.campaign import sample
 from damagepred.campaign.campaign import _Stop

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from damagepred.archive.folder import StudyFolder, open_study
-from damagepred.archive.parts import Columns, read_part
+from damagepred.archive.parts import read_part
 from damagepred.archive.provenance import environment
+from damagepred.archive.schema import Columns
 from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.status import study_status

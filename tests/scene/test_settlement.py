@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from damagepred import InputError, Movement, Scene
+from damagepred import InputError, Movement, Scene, Wall
 from damagepred.results.simple_assessment import angular_distortion, simple_methods
 from damagepred.scene.what_moves import what_moves
 
@@ -49,14 +49,14 @@ def test_profiles(movement: dict[str, Any], points: dict[float, float]):
 
 
 def test_measures_by_hand():
-    tilt = scene(shape="tilt", settlement="12 mm").movement.measures(6.0, 0.24)
+    tilt = scene(shape="tilt", settlement="12 mm").movement.measures(Wall())
     assert tilt["ground_tilt"] == pytest.approx(0.002)
     assert [tilt[n] for n in ("angular_distortion", "deflection_ratio", "central_deflection")] == [0.0, 0.0, 0.0]
-    step = scene(shape="step", settlement="24 mm").movement.measures(6.0, 0.24)
+    step = scene(shape="step", settlement="24 mm").movement.measures(Wall())
     assert step["angular_distortion"] == pytest.approx(0.1 - 0.004, rel=0.02)  # over one brick, less the tilt
     assert step["deflection_ratio"] == pytest.approx(0.012 / 6.0, rel=0.01)
     s_shape = scene(shape="table", settlement="10 mm", table=[[0, 0], [0.25, 1], [0.5, 0], [0.75, -1], [1, 0]])
-    measured = s_shape.movement.measures(6.0, 0.24)
+    measured = s_shape.movement.measures(Wall())
     assert measured["differential_settlement"] == pytest.approx(0.02)
     assert measured["deflection_ratio"] == pytest.approx(0.01 / 6.0)
     assert measured["central_deflection"] == 0.0
@@ -72,7 +72,7 @@ def test_trough_by_volume_loss_and_its_horizontal_strain():
     shift = movement.horizontal_profile(X, 6.0)
     assert shift[0] > 0 > shift[-1]  # towards the axis
     assert np.gradient(shift, X)[300] == pytest.approx(-size / 8.0, rel=1e-3)
-    assert movement.measures(6.0, 0.24)["horizontal_strain"] == pytest.approx(size / 8.0, rel=1e-2)
+    assert movement.measures(Wall())["horizontal_strain"] == pytest.approx(size / 8.0, rel=1e-2)
     x = np.linspace(0.0, 60.0, 6001)  # steepest where it bends the other way, 3 m from the middle
     steepest = x[np.abs(np.gradient(movement.profile(x, 60.0), x)).argmax()]
     assert abs(steepest - 30.0) == pytest.approx(3.0, abs=0.011)

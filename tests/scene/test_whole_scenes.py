@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from damagepred.errors import InputError
-from damagepred.scene import Movement, Scene, Seasons
+from damagepred.scene import Movement, Scene, Seasons, Wall
 from damagepred.scene.assumed import assumed_seasons, assumed_slow_strains, ground_cautions, ground_line
 from damagepred.scene.plausibility import unlikely_values
 from damagepred.scene.what_moves import load_factors, turning_points, what_moves
@@ -122,7 +122,7 @@ def test_a_scene_is_its_list(name: str) -> None:
     if movement.prescribed and movement.shape != "loads":
         parts |= parts_of([movement.profile(x, length, f) for f in (0.4, 1.0)], "movement.profile")
         parts |= parts_of([f * movement.horizontal_profile(x, length) for f in (0.4, 1.0)], "movement.horizontal")
-        parts |= parts_of(movement.measures(length, 0.24), "movement.measures")
+        parts |= parts_of(movement.measures(Wall(length=length)), "movement.measures")
     if movement.shape == "mound":
         mound, kind = scene.mound, movement.kind
         parts |= parts_of([mound.at(f).profile(x, length, kind) for f in (0.5, 1.0)], "mound.profile")
