@@ -177,7 +177,7 @@ class StudySettings:
         if how.table is None or how.table_columns:
             return self
         file = str((folder / how.table).resolve())
-        table = read_table(file, Scene.unit_of, self.scene.numbers)
+        table = read_table(file, Scene.unit_of, list(self.scene.numbers))
         for key, values in table.items():
             for value in {values.min(), values.max()} if key != WEIGHT else ():
                 try:
