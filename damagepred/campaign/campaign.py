@@ -241,6 +241,10 @@ class Campaign:
                 failures = set(np.flatnonzero(status == SampleStatus.FAILED).tolist()) | folder.failed_samples()
                 folder.forget_failures({i for i in failures if i < requested})
             values = self.design.wall_values(drawn)
+
+            def inputs(sample: int) -> dict[str, float]:
+                return {key: float(column[sample]) for key, column in values.items()}
+
             failures = folder.failed_samples()
             finished_samples = {i for i in folder.finished() | failures if i < requested}
             remaining = [i for i in range(requested) if i not in finished_samples]
@@ -248,11 +252,11 @@ class Campaign:
             state = Progress(requested, len(finished_samples), failed)
             if on_progress:
                 on_progress(state)
-            tasks = ((i, {k: float(v[i]) for k, v in values.items()}) for i in remaining)
             with _interruptible() as stop:
                 if remaining:
                     engine = engine or LocalPool(where, min(workers, len(remaining)), timeout)
-                    state = study._run(folder, tasks, len(remaining), engine, timeout, stop, state, on_progress)
+                    batches = Batches(((i, inputs(i)) for i in remaining), len(remaining), timeout)
+                    state = study._run(folder, batches, inputs, engine, stop, state, on_progress)
             folder.consolidate()
             if executor is None or not stop.count:  # remote workers may not have seen the request to stop
                 folder.tidy()
@@ -266,35 +270,26 @@ class Campaign:
     def _run(
         self,
         folder: StudyFolder,
-        tasks: Iterator[tuple[int, dict[str, float]]],
-        count: int,
+        batches: Batches,
+        inputs: Callable[[int], dict[str, float]],
         engine: Engine,
-        timeout: float | None,
         stop: _Stop,
         state: Progress,
         on_progress: Callable[[Progress], None] | None,
     ) -> Progress:
         where = str(folder.path.resolve())
-        values: dict[int, dict[str, float]] = {}
         times: list[float] = []
-
-        def noted() -> Iterator[tuple[int, dict[str, float]]]:
-            for sample, inputs in tasks:
-                values[sample] = inputs
-                yield sample, inputs
-
         stop.at_first, stop.at_once = folder.ask_to_stop, engine.terminate
         warm_up(self.settings.scene)  # while local workers load the program
-        for result in run_all(engine, where, Batches(noted(), count, timeout), lambda: stop.count):
+        for result in run_all(engine, where, batches, lambda: stop.count):
             message = ""
             if isinstance(result, LostSample):
-                folder.record_failure(result.sample, result.reason, result.message, values[result.sample])
+                folder.record_failure(result.sample, result.reason, result.message, inputs(result.sample))
                 message = f"sample {result.sample}: {result.reason}: {result.message}"
             else:
                 times.append(result.seconds)
                 if result.status == SampleStatus.FAILED:
                     message = f"sample {result.sample}: {result.message}"
-            values.pop(result.sample, None)
             done = state.done + 1
             rounds = (state.total - done) / max(1, min(engine.width, state.total - done))
             left = float(np.mean(times)) * rounds if times else np.nan
