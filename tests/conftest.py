@@ -2,16 +2,16 @@
 
 import math
 import os
-from collections.abc import Callable, Generator, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Generator, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
 from _pytest.doctest import DoctestModule
 
-from damagepred.analyses import rare_event_samples
-from damagepred.campaign import campaign, workers
+from damagepred.analyses import design_search, portfolio, rare_event, rare_event_samples, stored_walls
+from damagepred.campaign import campaign
 from damagepred.cli import terminal
 from tests.shared_kernels import compile_share, sharing
 
@@ -108,39 +108,25 @@ def _form_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(terminal.Wait, "FIRST", math.inf)
 
 
-class OneThread:
+class OneThread(ThreadPoolExecutor):
     """Pool of one thread of this process, in place of worker processes, which take seconds to start."""
 
-    width, processes = 1, ()
+    processes = ()
 
-    def __init__(
-        self,
-        folder: str,
-        workers: int,
-        timeout: float | None,
-        task: Callable[..., Any] = workers.run_batch,
-        *_: Any,
-        **__: Any,
-    ) -> None:
-        self.folder, self.task, self.thread = folder, task, ThreadPoolExecutor(1)
+    def __init__(self, *_: Any, **__: Any) -> None:
+        super().__init__(1)
 
-    def submit(self, batch: list[Any]) -> Future[Any]:
-        return self.thread.submit(self.task, self.folder, list(batch))
-
-    def close(self) -> None:
-        self.thread.shutdown()
-
-    def kill(self) -> None:
-        self.thread.shutdown(cancel_futures=True)
-
-    terminate = kill
+    def terminate(self) -> None:
+        self.shutdown(cancel_futures=True)
 
 
 def _no_compilation(*_: Any, **__: Any) -> None:
     """Nothing is compiled for workers in a thread."""
 
 
-IN_A_THREAD = [(module, "LocalPool", OneThread) for module in (campaign, workers)]
+IN_A_THREAD = [
+    (module, "LocalPool", OneThread) for module in (campaign, design_search, portfolio, rare_event, stored_walls)
+]
 IN_A_THREAD += [(module, "warm_up", _no_compilation) for module in (campaign, rare_event_samples)]
 IN_PROCESSES = [(module, name, getattr(module, name)) for module, name, _ in IN_A_THREAD]
 

@@ -25,7 +25,7 @@ from damagepred.campaign.campaign import Campaign, Progress
 from damagepred.campaign.cost_estimate import seconds_per_wall
 from damagepred.campaign.dispatch import sample_timeout
 from damagepred.campaign.settings import StudySettings, study_tables
-from damagepred.campaign.workers import SharedPool
+from damagepred.campaign.workers import LocalPool
 from damagepred.errors import InputError, require_count
 from damagepred.formatting import duration
 from damagepred.inputs.arguments import checked
@@ -186,7 +186,7 @@ def search_design(
     costs = np.array([sum(option.cost for option in chosen) for chosen in built])
     target, rounds = content.target, content.target.rounds
     # new workers for each alternative would take longer than small walls
-    with SharedPool(workers, sample_timeout(None, Campaign(settings[0]).limits, None)) as pool:
+    with LocalPool(workers, sample_timeout(None, Campaign(settings[0]).limits, None)) as pool:
         if target.probability is not None:
             selection = select_cheapest(costs, losses, target.probability, rounds, target.confidence, on_round)
             quantity, units, words = "probability", {"units": "1"}, "undecided_or_dearer meets fails"

@@ -20,7 +20,7 @@ from damagepred.campaign.campaign import Campaign
 from damagepred.campaign.cost_estimate import seconds_per_wall
 from damagepred.campaign.dispatch import sample_timeout
 from damagepred.campaign.settings import StudySettings, study_tables
-from damagepred.campaign.workers import SharedPool
+from damagepred.campaign.workers import LocalPool
 from damagepred.errors import InputError, require_count
 from damagepred.formatting import duration
 from damagepred.inputs.arguments import checked
@@ -125,7 +125,7 @@ def assess_portfolio(
     rows: list[Mapping[str, Any]] = []
     pool_limit = sample_timeout(None, Campaign(all_houses[0].settings).limits, None)
     # new workers for each house would take longer than its walls
-    with SharedPool(workers, pool_limit) as pool:
+    with LocalPool(workers, pool_limit) as pool:
         for number, house in enumerate(all_houses, 1):
             if on_house is not None:
                 on_house(number, len(all_houses), house.name)

@@ -27,7 +27,7 @@ from damagepred.campaign.cost_estimate import require_affordable
 from damagepred.campaign.dispatch import sample_timeout
 from damagepred.campaign.sample import joint_places
 from damagepred.campaign.settings import StudySettings, read_frozen, resumed
-from damagepred.campaign.workers import SharedPool
+from damagepred.campaign.workers import LocalPool
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError, require_count
 from damagepred.inputs.arguments import checked
 from damagepred.uq.subset import Level, SubsetEstimate, check_sizes, subset_simulation
@@ -94,7 +94,7 @@ def rare_event(
             seed = study.study.seed
             return subset_simulation(walls.margins, size, seed=seed, confidence=confidence, on_level=on_level, **how)
 
-        with SharedPool(workers, timeout) if executor is None else nullcontext(executor) as pool:
+        with LocalPool(workers, timeout) if executor is None else nullcontext(executor) as pool:
             walls = Walls(folder, pool, WALLS)
             undamaged = all_damaged = simulate(walls)
             failed, solved = walls.failed, walls.solved_now

@@ -24,7 +24,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.campaign.sample import SampledWall, joint_places
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.warm_up import warm_up
-from damagepred.campaign.workers import SharedPool, WorkerDied
+from damagepred.campaign.workers import LocalPool, WorkerDied
 from damagepred.errors import ArchiveWarning, InputError, StudyError
 from damagepred.uq.design import Design
 
@@ -89,7 +89,7 @@ class Walls:
             if self.like is not None and self.like.digest.get(number) == self.digest[number]:
                 self.shared[number] = self.like.of(number)
         wanted = [(n, row) for n, row in zip(numbers.tolist(), z) if n not in self.known and n not in self.shared]
-        if wanted and isinstance(self.pool, SharedPool) and not self.solved_now:  # its workers load the kernels
+        if wanted and isinstance(self.pool, LocalPool) and not self.solved_now:  # its workers load the kernels
             warm_up(_read_question(self.where)[0].scene)
         waiting = [(number, self.pool.submit(_solve, self.where, number, row)) for number, row in wanted]
         with self.log.open("a", encoding="utf-8") as log:

@@ -19,7 +19,7 @@ from damagepred.assembly import wall_model
 from damagepred.assembly.house import SPACING, unfolded_starts
 from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings, read_frozen
-from damagepred.campaign.workers import SharedPool
+from damagepred.campaign.workers import LocalPool
 from damagepred.damage import sticking_limits
 from damagepred.damage.tracing import BELOW_DPC, DPC_OPENING, DPC_SLIP, ORIENTATIONS, WALL
 from damagepred.enumerations import SOLVED
@@ -173,7 +173,7 @@ class ReplayStore:
         with ExitStack() as stack:
             stored: Iterable[None] = map(self._store, missing)
             if workers > 1 and len(missing) > workers:
-                stored = stack.enter_context(SharedPool(workers, None)).map(self._store, missing)
+                stored = stack.enter_context(LocalPool(workers, None)).map(self._store, missing)
             for number, _ in enumerate(stored, 1):
                 if on_replay is not None:
                     on_replay(number, len(missing))

@@ -10,6 +10,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -23,8 +24,8 @@ from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
 from damagepred.arrays import FloatArray, Int8Array
 from damagepred.assembly import NO_LIMITS, Limits
 from damagepred.campaign.cost_estimate import require_affordable
-from damagepred.campaign.dispatch import Batches, Engine, GivenExecutor, LostSample, run_all, sample_timeout
-from damagepred.campaign.sample import joint_places, sample_of
+from damagepred.campaign.dispatch import Batches, Engine, LostSample, run_all, sample_timeout
+from damagepred.campaign.sample import joint_places, prepare, sample_of
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.warm_up import warm_up
 from damagepred.campaign.workers import LocalPool
@@ -225,15 +226,16 @@ class Campaign:
         began = time.perf_counter()
         folder = StudyFolder(out)
         where = str(folder.path.resolve())
-        engine: Engine | None = None if executor is None else GivenExecutor(where, executor)
+        pool: LocalPool | None = None  # of this run
+        ready = partial(prepare, where)
         if not folder.exists:
             folder.check_new()
         lock = folder.lock()
         try:
             folder.tidy()
             requested = self.settings.study.samples if samples is None else int(samples)
-            if engine is None and not folder.exists:  # workers load the program while the design is drawn
-                engine = LocalPool(where, min(workers, requested), timeout, preload=True)
+            if executor is None and not folder.exists:  # workers load the program while the design is drawn
+                pool = LocalPool(min(workers, requested), timeout, ready, preload=True)
             study = self._resuming(folder) if folder.exists else self
             run = UNSOLVED if retry_failed else (SampleStatus.MISSING,)
             drawn, status = study._prepare(folder, requested, run, mix_versions)
@@ -254,15 +256,19 @@ class Campaign:
                 on_progress(state)
             with _interruptible() as stop:
                 if remaining:
-                    engine = engine or LocalPool(where, min(workers, len(remaining)), timeout)
+                    stop.at_first = folder.ask_to_stop
+                    if executor is None:
+                        pool = pool or LocalPool(min(workers, len(remaining)), timeout, ready)
+                        stop.at_once = pool.terminate
+                    engine = Engine(where, pool if executor is None else executor)
                     batches = Batches(((i, inputs(i)) for i in remaining), len(remaining), timeout)
                     state = study._run(folder, batches, inputs, engine, stop, state, on_progress)
             folder.consolidate()
             if executor is None or not stop.count:  # remote workers may not have seen the request to stop
                 folder.tidy()
         finally:
-            if engine is not None:
-                engine.kill()
+            if pool is not None:
+                pool.shutdown(cancel_futures=True)
             lock.release()
         seconds = time.perf_counter() - began
         return RunSummary(folder.path, *state[:3], state.done < state.total, seconds)
@@ -279,7 +285,6 @@ class Campaign:
     ) -> Progress:
         where = str(folder.path.resolve())
         times: list[float] = []
-        stop.at_first, stop.at_once = folder.ask_to_stop, engine.terminate
         warm_up(self.settings.scene)  # while local workers load the program
         for result in run_all(engine, where, batches, lambda: stop.count):
             message = ""
@@ -296,10 +301,6 @@ class Campaign:
             state = Progress(state.total, done, state.failed + bool(message), message, left)
             if on_progress:
                 on_progress(state)
-        if stop.count < 2:
-            engine.close()
-        else:
-            engine.kill()
         return state
 
     def _resuming(self, folder: StudyFolder) -> Campaign:

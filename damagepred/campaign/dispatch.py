@@ -18,7 +18,7 @@ import numpy as np
 from damagepred.archive.folder import StudyFolder
 from damagepred.assembly import Limits
 from damagepred.campaign.sample import NOT_STARTED, Batch, Outcome, already_done, run_batch
-from damagepred.campaign.workers import LocalPool, WorkerDied
+from damagepred.campaign.workers import WorkerDied
 from damagepred.enumerations import FailureKind
 from damagepred.errors import InputError, StudyError, require_number
 
@@ -41,8 +41,8 @@ class LostSample(NamedTuple):
     message: str
 
 
-class GivenExecutor:
-    """Any ``concurrent.futures`` executor, or a Dask client, that the caller closes."""
+class Engine:
+    """Executor of a study's batches: of ``concurrent.futures``, a Dask client, or worker processes."""
 
     def __init__(self, folder: str, executor: Executor | Any) -> None:
         self._client = getattr(executor, "_client", executor)  # the executor of Dask has a client
@@ -70,13 +70,7 @@ class GivenExecutor:
             raise InputError(f"executor: its submit returns a {kind}, not a future of concurrent.futures.")
         return future
 
-    def close(self) -> None:
-        """Nothing: the caller owns the executor."""
 
-    kill = terminate = close
-
-
-Engine = LocalPool | GivenExecutor
 Task = tuple[int, Mapping[str, float]]  # sample with its values for the whole wall
 
 

@@ -1,7 +1,7 @@
 """Worker processes on this machine, each with one thread, whose death or hanging does not affect the others.
 
 One socket per worker, no shared locks: a worker that dies blocks no lock and loses no message of the others. It is
-replaced, and its batch is reported as lost.
+replaced, and its call is reported as lost.
 """
 
 from __future__ import annotations
@@ -18,19 +18,18 @@ import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
+from functools import partial
+from importlib import import_module
 from multiprocessing.connection import Connection, Pipe, wait
 from typing import Any
 
-from damagepred.campaign.sample import Batch, Outcome, prepare, run_batch
 from damagepred.errors import StudyError
 
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
 
-Task = Callable[[str, Batch], list[Outcome]]
-
 
 class WorkerDied(Exception):
-    """A worker process ended in the middle of a batch."""
+    """A worker process ended in the middle of a call."""
 
 
 FAILED_STARTS = 3  # consecutive workers that die before they are ready until all futures fail
@@ -43,22 +42,24 @@ ready, with its kernels compiled, counts as dead; between two checks of a worker
 
 
 def serve(handle: int, parent: int) -> None:
-    """Solve the batches that arrive at a socket until it is closed: the main function of a worker process."""
+    """Answer the calls that arrive at a socket until it is closed: the main function of a worker process."""
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    import_module("damagepred.campaign.sample")  # the program, while the parent draws the design
     parent_socket = Connection(handle)
     with contextlib.suppress(EOFError, OSError):
-        folder, task, prepare_worker = parent_socket.recv()
-        prepare_worker(folder)
+        prepare = parent_socket.recv()
+        if prepare is not None:
+            prepare()
         parent_socket.send(None)
         while True:
-            batch = parent_socket.recv()
-            parent_socket.send(None)  # the batch has started: now it may kill its worker
-            parent_socket.send(_answer(task, folder, batch))
+            call = parent_socket.recv()
+            parent_socket.send(None)  # the call has started: now it may kill its worker
+            parent_socket.send(_answer(call))
 
 
-def _answer(task: Task, folder: str, batch: Batch) -> tuple[bool, Any]:
+def _answer(call: Callable[[], Any]) -> tuple[bool, Any]:
     try:
-        return True, task(folder, batch)
+        return True, call()
     except Exception as error:
         try:
             pickle.loads(pickle.dumps(error))
@@ -79,7 +80,7 @@ def _end_with(parent: int) -> None:
 class _Worker:
     """Worker process, as its parent sees it."""
 
-    def __init__(self, folder: str, task: Task, ready: Callable[[str], None]) -> None:
+    def __init__(self, prepare: Callable[[], None] | None) -> None:
         ours, theirs = socket.socketpair()
         self.socket = Connection(ours.detach())
         program = (  # the parent handles interrupts: it lets samples finish
@@ -90,23 +91,23 @@ class _Worker:
         command, environment = [sys.executable, "-c", program], os.environ | ONE_THREAD
         self.process = subprocess.Popen(command, pass_fds=[theirs.fileno()], env=environment, stdin=subprocess.DEVNULL)
         theirs.close()
-        self.job = folder, task, ready
+        self.prepare = prepare
         self.is_told = self.is_ready = False
-        self.batch: Batch = ()
-        self.future: Future[list[Outcome]] | None = None
+        self.call: Callable[[], Any] | None = None
+        self.future: Future[Any] | None = None
         self.asked = time.monotonic()
         self.began: float | None = None
 
     def tell(self) -> None:
-        """Send the job; the worker, which has loaded the program, prepares for it."""
+        """Let the worker, which has loaded the program, prepare for its calls."""
         self.is_told, self.asked = True, time.monotonic()
         with contextlib.suppress(OSError):  # a dead worker is noticed when its socket is read
-            self.socket.send(self.job)
+            self.socket.send(self.prepare)
 
-    def assign(self, batch: Batch, future: Future[list[Outcome]]) -> None:
-        self.batch, self.future, self.asked, self.began = batch, future, time.monotonic(), None
+    def assign(self, call: Callable[[], Any], future: Future[Any]) -> None:
+        self.call, self.future, self.asked, self.began = call, future, time.monotonic(), None
         with contextlib.suppress(OSError):  # a dead worker is noticed when its socket is read
-            self.socket.send(batch)
+            self.socket.send(call)
 
     def kill(self) -> int:
         """End the process now; return its exit code."""
@@ -116,24 +117,25 @@ class _Worker:
         return self.process.wait()
 
 
-class LocalPool:
-    """Worker processes on this machine, at most one per batch; each calls ``ready`` once, then ``task`` per batch."""
+class LocalPool(Executor):
+    """Worker processes on this machine, at most one per waiting call; each calls ``prepare`` once.
+
+    ``timeout``: time limit of a call (s). ``preload``: all workers start at once and load the program.
+    """
 
     def __init__(
         self,
-        folder: str,
         workers: int,
         timeout: float | None,
-        task: Task = run_batch,
-        ready: Callable[[str], None] = prepare,
+        prepare: Callable[[], None] | None = None,
         *,
         preload: bool = False,
         answer_limit: float = 60.0,
     ) -> None:
-        self._preload = preload
-        self.folder, self.width, self.timeout, self.task, self.ready = folder, workers, timeout, task, ready
-        self.answer_limit = answer_limit  # s until an idle worker that does not begin its batch is replaced
-        self._queue: deque[tuple[Batch, Future[list[Outcome]]]] = deque()
+        self._max_workers = workers  # as executors of concurrent.futures tell their width
+        self._preload, self.timeout, self.prepare = preload, timeout, prepare
+        self.answer_limit = answer_limit  # s until an idle worker that does not begin its call is replaced
+        self._queue: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._workers: list[_Worker] = []
         self._failed_starts = 0
         self._has_work = False
@@ -143,23 +145,27 @@ class LocalPool:
         self._manager = threading.Thread(target=self._manage, daemon=True, name="workers")
         self._manager.start()
 
-    def submit(self, batch: Batch) -> Future[list[Outcome]]:
-        """Queue a batch for the next free worker."""
-        future: Future[list[Outcome]] = Future()
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Queue a call for the next free worker."""
+        future: Future[Any] = Future()
         with self._lock:
-            self._queue.append((list(batch), future))
+            self._queue.append((partial(fn, *args, **kwargs), future))
             self._has_work = True
         self._waker.send(None)
         return future
 
-    def close(self) -> None:
-        """End the workers once they are idle."""
-        self._finish("idle")
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers once they are idle, or now: then their calls are lost; wait for their end."""
+        if cancel_futures:
+            self.terminate()
+        self._ending = "now" if cancel_futures else "idle"
+        with contextlib.suppress(OSError):
+            self._waker.send(None)
+        self._manager.join()
 
-    def kill(self) -> None:
-        """End the workers now; their batches are lost."""
-        self.terminate()
-        self._finish("now")
+    def __exit__(self, *failure: Any) -> None:
+        """End the workers, after a failure at once."""
+        self.shutdown(cancel_futures=failure[0] is not None)
 
     def terminate(self) -> None:
         """End only the processes of the workers: safe in a signal handler."""
@@ -172,19 +178,13 @@ class LocalPool:
         """Process identifiers of the workers."""
         return [worker.process.pid for worker in list(self._workers)]
 
-    def _finish(self, how: str) -> None:
-        self._ending = how
-        with contextlib.suppress(OSError):
-            self._waker.send(None)
-        self._manager.join()
-
     # -- the manager's thread -----------------------------------------------------------------------------------------
 
     def _manage(self) -> None:
         try:
             while not self._over():
                 self._start_missing()
-                self._assign_batches()
+                self._assign_calls()
                 self._wait()
         except Exception as error:
             self._fail_all(StudyError(f"the workers cannot be run: {type(error).__name__}: {error}"))
@@ -199,24 +199,24 @@ class LocalPool:
         return self._ending == "now" or (self._ending == "idle" and not busy)
 
     def _start_missing(self) -> None:
-        batches = len(self._queue) + sum(worker.future is not None for worker in self._workers)
-        useful = self.width if self._preload and not self._has_work else min(self.width, batches)
+        calls = len(self._queue) + sum(worker.future is not None for worker in self._workers)
+        useful = self._max_workers if self._preload and not self._has_work else min(self._max_workers, calls)
         while len(self._workers) < useful and self._ending is None:
-            self._workers.append(_Worker(self.folder, self.task, self.ready))
+            self._workers.append(_Worker(self.prepare))
         for worker in self._workers if self._has_work else ():
             if not worker.is_told:
                 worker.tell()
 
-    def _assign_batches(self) -> None:
+    def _assign_calls(self) -> None:
         for worker in self._workers:
             while self._queue and worker.is_ready and worker.future is None:
                 with self._lock:
-                    batch, future = self._queue.popleft()
+                    call, future = self._queue.popleft()
                 if future.running() or future.set_running_or_notify_cancel():
-                    worker.assign(batch, future)
+                    worker.assign(call, future)
 
     def _wait(self) -> None:
-        """Wait until a worker answers, dies or exceeds the time limit, or a batch is submitted."""
+        """Wait until a worker answers, dies or exceeds the time limit, or a call is submitted."""
         by_socket = {worker.socket: worker for worker in self._workers}
         soonest = min(map(self._deadline, self._workers), default=math.inf)
         limit = None if soonest == math.inf else max(0.0, soonest - time.monotonic()) + 1e-3
@@ -257,7 +257,7 @@ class LocalPool:
             future.set_result(content) if good else future.set_exception(content)
 
     def _remove(self, worker: _Worker, reason: Exception | None) -> None:
-        """Remove a dead worker, or end it for a reason; its batch is lost if it had started."""
+        """Remove a dead worker, or end it for a reason; its call is lost if it had started."""
         self._workers.remove(worker)
         if reason is None:
             with contextlib.suppress(subprocess.TimeoutExpired):  # let it end by itself, for its own exit code
@@ -265,9 +265,9 @@ class LocalPool:
         code = worker.kill()
         if worker.future is not None and worker.began is not None:
             worker.future.set_exception(reason or WorkerDied(f"its worker process died with exit code {code}"))
-        elif worker.future is not None:  # it died idle, before the batch had started
+        elif worker.future is not None and worker.call is not None:  # it died idle, before the call had started
             with self._lock:
-                self._queue.appendleft((worker.batch, worker.future))
+                self._queue.appendleft((worker.call, worker.future))
         elif not worker.is_ready:
             self._failed_starts += 1
             if self._failed_starts >= FAILED_STARTS:
@@ -292,33 +292,3 @@ class LocalPool:
             if not future.done():
                 with contextlib.suppress(Exception):  # cancelled at this very moment
                     future.set_exception(error)
-
-
-class SharedPool(Executor):
-    """Worker processes on this machine for any calls, also of several studies in turn."""
-
-    def __init__(self, workers: int, timeout: float | None) -> None:
-        self._max_workers = workers  # as executors of concurrent.futures tell their width
-        self._pool = LocalPool("", workers, timeout, _called, _nothing)
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **_: Any) -> Future[Any]:
-        """Queue a call for the next free worker."""
-        call: Any = [fn, *args]
-        return self._pool.submit(call)
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the workers and wait for their end."""
-        self._pool.kill() if cancel_futures else self._pool.close()
-
-    def __exit__(self, *failure: Any) -> None:
-        """End the workers, after a failure at once."""
-        self.shutdown(cancel_futures=failure[0] is not None)
-
-
-def _called(_: str, call: Any) -> Any:
-    function, *arguments = call
-    return function(*arguments)
-
-
-def _nothing(_: str) -> None:
-    pass

@@ -17,7 +17,7 @@ from damagepred.archive.parts import joined, write_part
 from damagepred.campaign import cost_estimate
 from damagepred.campaign.campaign import Campaign
 from damagepred.campaign.cost_estimate import _elsewhere, _errors, _percent, estimate_cost
-from damagepred.campaign.dispatch import Batches, GivenExecutor, LostSample, _result
+from damagepred.campaign.dispatch import Batches, Engine, LostSample, _result
 from damagepred.campaign.sample import Outcome, already_done
 from damagepred.campaign.settings import (
     StudySettings,
@@ -144,13 +144,13 @@ def test_errors_of_presets() -> None:
 
 def test_an_executor_is_counted_by_what_it_tells() -> None:
     def width(**attributes: Any) -> int:
-        return GivenExecutor("a", SimpleNamespace(**attributes)).width
+        return Engine("a", SimpleNamespace(**attributes)).width
 
     client = SimpleNamespace(nthreads=lambda: {"a": 2, "b": 3})
     assert (width(_max_workers=3), width(num_workers=5), width(_client=client, _max_workers=9)) == (3, 5, 5)
     assert width() == width(_max_workers=0) == width(num_workers="2")
     with pytest.raises(InputError, match="its submit returns a int, not a future"):
-        GivenExecutor("a", SimpleNamespace(submit=lambda *_: 3)).submit([])
+        Engine("a", SimpleNamespace(submit=lambda *_: 3)).submit([])
     batches = Batches([(0, {}), (1, {}), (3, {}), (4, {})], 4)
     for _ in range(2):
         batches.note(1e-3)

@@ -15,16 +15,12 @@ from typing import Any
 import pytest
 
 from damagepred import Study, StudyError, open_study
-from damagepred.campaign import campaign
-from damagepred.campaign.dispatch import Batches, LostSample, run_all
+from damagepred.campaign import campaign, dispatch
+from damagepred.campaign.dispatch import Batches, Engine, LostSample, run_all
 from damagepred.campaign.sample import Outcome
-from damagepred.campaign.workers import START_LIMIT, LocalPool, SharedPool
+from damagepred.campaign.workers import START_LIMIT, LocalPool
 
 Batch = Sequence[tuple[int, Mapping[str, float]]]
-
-
-def at_once(folder: str) -> None:
-    """Nothing to prepare."""
 
 
 def troubled(folder: str, batch: Batch) -> list[Outcome]:
@@ -56,7 +52,7 @@ def moody(folder: str, batch: Batch) -> list[Outcome]:
     return [Outcome(sample, 0, 1e-3) for sample, _ in batch]
 
 
-def stillborn(folder: str) -> None:
+def stillborn() -> None:
     os._exit(7)
 
 
@@ -69,12 +65,10 @@ def never() -> int:
 
 
 @pytest.mark.thorough
-def test_the_others_survive() -> None:
-    pool = LocalPool("nowhere", workers=2, timeout=1.0, task=troubled, ready=at_once)
-    try:
-        results = list(run_all(pool, "nowhere", Batches(tasks(10), 10), never))
-    finally:
-        pool.kill()
+def test_the_others_survive(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dispatch, "run_batch", troubled)
+    with LocalPool(workers=2, timeout=1.0) as pool:
+        results = list(run_all(Engine("nowhere", pool), "nowhere", Batches(tasks(10), 10), never))
     lost = {r.sample: r for r in results if isinstance(r, LostSample)}
     reasons = {3: "worker_died", 6: "timeout", 8: "error"}
     assert {sample: r.reason for sample, r in lost.items()} == reasons
@@ -87,28 +81,23 @@ def test_the_others_survive() -> None:
 
 
 @pytest.mark.thorough
-def test_lost_samples_are_tried_again(tmp_path: Path) -> None:
+def test_lost_samples_are_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Killed workers, stopped workers, lost answers: each sample has its result."""
-    pool = LocalPool(str(tmp_path), workers=2, timeout=0.5, task=moody, ready=at_once)
-    try:
-        results = list(run_all(pool, str(tmp_path), Batches(tasks(4), 4), never))
-    finally:
-        pool.kill()
+    monkeypatch.setattr(dispatch, "run_batch", moody)
+    with LocalPool(workers=2, timeout=0.5) as pool:
+        results = list(run_all(Engine(str(tmp_path), pool), str(tmp_path), Batches(tasks(4), 4), never))
     assert sorted(r.sample for r in results if isinstance(r, Outcome)) == list(range(4))
 
 
 @pytest.mark.thorough
 def test_workers_ignore_interrupts_while_they_load_the_program() -> None:
-    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once, preload=True)
-    try:
+    with LocalPool(workers=1, timeout=None, preload=True) as pool:
         time.sleep(0.4)
         first = pool.processes
         for process, number in zip(2 * first, (signal.SIGINT, signal.SIGTERM)):
             os.kill(process, number)
-        assert pool.submit([(1, {"x": 1.0})]).result(timeout=60)[0].sample == 1
+        assert pool.submit(troubled, "", [(1, {"x": 1.0})]).result(timeout=60)[0].sample == 1
         assert pool.processes == first
-    finally:
-        pool.kill()
 
 
 def test_workers_end_if_the_design_cannot_be_drawn(small_study_file, tmp_path, monkeypatch) -> None:
@@ -146,25 +135,19 @@ def test_a_worker_has_a_time_to_start_to_begin_a_batch_and_to_solve_it() -> None
 @pytest.mark.thorough
 def test_idle_workers_that_hang_are_replaced() -> None:
     """A worker that is stopped between two batches never says that the next has begun."""
-    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once, answer_limit=0.5)
-    try:
-        pool.submit([(0, {"x": 0.0})]).result(timeout=60)
+    with LocalPool(workers=1, timeout=None, answer_limit=0.5) as pool:
+        pool.submit(troubled, "", [(0, {"x": 0.0})]).result(timeout=60)
         (first,) = pool.processes
         os.kill(first, signal.SIGSTOP)
-        assert pool.submit([(1, {"x": 1.0})]).result(timeout=60)[0].sample == 1
+        assert pool.submit(troubled, "", [(1, {"x": 1.0})]).result(timeout=60)[0].sample == 1
         assert first not in pool.processes
-    finally:
-        pool.kill()
 
 
 @pytest.mark.thorough
 def test_workers_that_cannot_start_end_the_run() -> None:
-    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=stillborn)
-    try:
-        with pytest.raises(StudyError, match=r"3 worker processes in a row died before they began \(exit code 7\)"):
-            list(run_all(pool, "", Batches(tasks(2), 2), never))
-    finally:
-        pool.kill()
+    died = r"3 worker processes in a row died before they began \(exit code 7\)"
+    with LocalPool(workers=1, timeout=None, prepare=stillborn) as pool, pytest.raises(StudyError, match=died):
+        list(run_all(Engine("", pool), "", Batches(tasks(2), 2), never))
 
 
 @pytest.mark.thorough
@@ -174,10 +157,10 @@ def test_workers_end_with_their_parent(tmp_path: Path) -> None:
 
     script = """
 import sys, time
-from damagepred.campaign.workers import LocalPool, SharedPool
-from tests.campaign.test_workers import at_once, troubled
-pool = LocalPool("", 2, None, troubled, at_once)
-pool.submit([(6, {"x": 1.0})]); pool.submit([(16, {"x": 1.0})])
+from damagepred.campaign.workers import LocalPool
+from tests.campaign.test_workers import troubled
+pool = LocalPool(2, None)
+pool.submit(troubled, "", [(6, {"x": 1.0})]); pool.submit(troubled, "", [(16, {"x": 1.0})])
 time.sleep(0.5)
 print(*pool.processes, flush=True)
 time.sleep(60)
@@ -198,10 +181,10 @@ def test_one_pool_runs_one_study_after_the_other_as_each_alone(small_study_file:
     study, pids = Study.from_toml(small_study_file), []
     with ThreadPoolExecutor(1) as executor:
         study.run(tmp_path / "alone.dp", samples=3, executor=executor)
-    with SharedPool(1, timeout=600.0) as pool:
+    with LocalPool(1, timeout=600.0) as pool:
         for name in ("first.dp", "second.dp", "third.dp"):
             study.run(tmp_path / name, samples=3, executor=pool)
-            pids += pool._pool.processes
+            pids += pool.processes
             if name == "second.dp":
                 os.kill(pids[-1], signal.SIGKILL)
     assert pids[0] == pids[1] != pids[2]
