@@ -130,8 +130,8 @@ def run_batch(folder: str, batch: Batch) -> list[Outcome]:
             "need a shared file system."
         )
     settings, design = _read_study(folder, study_folder.study_text())
-    writer = _PartWriter(study_folder)
-    outcomes = []
+    outcomes: list[Outcome] = []
+    rows: list[tuple[int, int, Columns]] = []
     try:
         for sample, values in batch:
             if study_folder.stopping:
@@ -140,10 +140,11 @@ def run_batch(folder: str, batch: Batch) -> list[Outcome]:
             solved = solve_sample(settings, design, sample, values)
             if solved.outcome.status == SampleStatus.FAILED:
                 study_folder.record_failure(sample, solved.reason, solved.outcome.message, values)
-            writer.add(sample, solved.outcome.status, solved.columns)
+            if solved.columns is not None:
+                rows.append((sample, solved.outcome.status, solved.columns))
             outcomes.append(solved.outcome)
     finally:
-        writer.write()
+        _write_parts(study_folder, rows)
     return outcomes
 
 
@@ -161,31 +162,23 @@ def already_done(folder: StudyFolder, batch: Batch) -> list[Outcome] | None:
     return [Outcome(sample, *kept[sample]) for sample, _ in batch] if all(i in kept for i, _ in batch) else None
 
 
-class _PartWriter:
-    """Rows of a batch, written as one part file per run of consecutive samples."""
-
-    def __init__(self, folder: StudyFolder) -> None:
-        self.folder = folder
-        self.first = 0
-        self.rows: list[Columns] = []
-
-    def add(self, sample: int, status: int, columns: Columns | None) -> None:
-        alone = status == SampleStatus.FAILED  # a repetition removes its part
-        following = self.rows and sample == self.first + len(self.rows)
-        if not following or alone or columns is None or not alike(self.rows[0], columns):
-            self.write()
-        if columns is None:
-            return
-        self.first = self.first if self.rows else sample
-        self.rows.append(columns)
-        if alone:
-            self.write()
-
-    def write(self) -> None:
-        rows, self.rows = self.rows, []
-        if rows:
-            file = self.folder.part_file(self.first, self.first + len(rows) - 1)
-            write_part(file, joined(rows), self.folder.study_hash)
+def _write_parts(folder: StudyFolder, rows: list[tuple[int, int, Columns]]) -> None:
+    """Write rows (sample, status, columns) as one part per run of consecutive samples; a failed sample has its own."""
+    runs: list[list[tuple[int, int, Columns]]] = []
+    for sample, status, columns in rows:
+        last = runs[-1][-1] if runs else None
+        # a repetition removes the part of a failed sample
+        if (
+            last is None
+            or SampleStatus.FAILED in (status, last[1])
+            or sample != last[0] + 1
+            or not alike(last[2], columns)
+        ):
+            runs.append([])
+        runs[-1].append((sample, status, columns))
+    for run in runs:
+        file = folder.part_file(run[0][0], run[-1][0])
+        write_part(file, joined([columns for *_, columns in run]), folder.study_hash)
 
 
 class Solved(NamedTuple):

@@ -13,7 +13,7 @@ import xarray as xr
 from damagepred.archive import provenance, schema
 from damagepred.archive.digest import NO_STUDY, read_signed_json, sign, signature, signed, signed_json, verified
 from damagepred.archive.parts import _storable
-from damagepred.archive.provenance import differences, from_table, given_values, mixture, program, programs
+from damagepred.archive.provenance import from_table, given_values, mixture, program, programs, why_bits_differ
 from damagepred.archive.schema import SCHEMA_VERSION, check_attributes, check_values, flag_name, with_shared_movement
 from damagepred.archive.versions import brought_up_to_date, from_0, from_1
 from damagepred.errors import DamagedError, InputError, NewerError
@@ -188,15 +188,15 @@ def test_programs_machines_and_their_differences(monkeypatch: pytest.MonkeyPatch
     assert program(a) == "version 1, commit unknown, kernel hash x"
     assert mixture(ds) == [f"samples were solved by 2 programs, which may differ: 2 by {program(a)}; 1 by {program(b)}"]
     assert mixture(ds.isel(sample=[0, 3])) == []
-    assert differences(a, b) == ["kernel hash (x, here y)"]
-    assert differences(a, {"damagepred_version": "1", "kernel_hash": "x"}) == ["machine (m, here unknown)"]
+    assert why_bits_differ(a, b) == "It was solved with another kernel hash (x, here y)."
+    other = {"damagepred_version": "1", "kernel_hash": "x"}
+    assert why_bits_differ(a, other) == "It was solved with another machine (m, here unknown)."
     for wrong in ("{}", "[1]", "[", None):
         with pytest.raises(DamagedError, match="its table of environments is no list"):
             from_table({"environments": wrong}, "a")
     assert from_table({}) == []
-    places = type("Places", (frozenset,), {"units": {"a": "mm"}})(("b", "a"))
-    assert given_values(places) == {"scene_given": "a b", "scene_units": '{"a": "mm"}'}
-    assert (given_values(("b", "a")), given_values(None)) == ({"scene_given": "a b"}, {})
+    assert given_values({"b": "", "a": "mm"}) == {"scene_given": "a b", "scene_units": '{"a": "mm"}'}
+    assert (given_values({"b": "", "a": ""}), given_values(None)) == ({"scene_given": "a b"}, {})
     text = "vendor_id : x\nmodel name\t: A fast one\nmodel name : another\n"
     monkeypatch.setattr(provenance.Path, "read_text", lambda *_, **__: text)
     assert provenance.machine.__wrapped__().startswith("A fast one, ")

@@ -82,24 +82,20 @@ def test_rows_of_a_batch_that_follow_each_other_share_a_file(monkeypatch: pytest
         sample, "write_part", lambda file, rows, name: written.append((*file, name, *rows["a"].values.ravel().tolist()))
     )
     folder: Any = SimpleNamespace(part_file=lambda first, last: (first, last), study_hash="h")
-    writer = sample._PartWriter(folder)
 
     def row(value: int, size: int = 1) -> dict[str, Column]:
         return {"a": Column(("sample", "b"), np.full((1, size), value), {})}
 
-    for number, status in (
-        (4, SampleStatus.COMPLETE),
-        (5, SampleStatus.COLLAPSED),
-        (6, SampleStatus.FAILED),
-        (7, SampleStatus.COMPLETE),
-        (9, SampleStatus.COMPLETE),
-    ):
-        writer.add(number, status, row(number))
-    writer.add(10, SampleStatus.FAILED, None)
-    writer.add(11, SampleStatus.COMPLETE, row(11))
-    writer.add(12, SampleStatus.COMPLETE, row(12, 2))
-    writer.write()
-    writer.write()
+    rows = [
+        (4, SampleStatus.COMPLETE, row(4)),
+        (5, SampleStatus.COLLAPSED, row(5)),
+        (6, SampleStatus.FAILED, row(6)),
+        (7, SampleStatus.COMPLETE, row(7)),
+        (9, SampleStatus.COMPLETE, row(9)),
+        (11, SampleStatus.COMPLETE, row(11)),
+        (12, SampleStatus.COMPLETE, row(12, 2)),
+    ]
+    sample._write_parts(folder, rows)
     assert written == [
         (4, 5, "h", 4, 5),
         (6, 6, "h", 6),
