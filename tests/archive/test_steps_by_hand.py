@@ -14,7 +14,14 @@ from damagepred.archive import provenance, schema
 from damagepred.archive.digest import NO_STUDY, read_signed_json, sign, signature, signed, signed_json, verified
 from damagepred.archive.parts import _storable
 from damagepred.archive.provenance import from_table, given_values, mixture, program, programs, why_bits_differ
-from damagepred.archive.schema import SCHEMA_VERSION, check_attributes, check_values, flag_name, with_shared_movement
+from damagepred.archive.schema import (
+    SCHEMA_VERSION,
+    Column,
+    check_attributes,
+    check_values,
+    flag_name,
+    with_shared_movement,
+)
 from damagepred.archive.versions import brought_up_to_date, from_0, from_1
 from damagepred.errors import DamagedError, InputError, NewerError
 
@@ -139,7 +146,7 @@ def test_a_digest_is_of_content_and_study(tmp_path: Path) -> None:
 )
 def test_damaged_values_are_named(name: str, dims: tuple, values: np.ndarray, attributes: dict, words: str) -> None:
     with pytest.raises(DamagedError, match=f"a.nc: .*{name} {words}"):
-        check_values({name: (dims, values, attributes)}, "a.nc", ranges=True)
+        check_values({name: Column(dims, values, attributes)}, "a.nc", ranges=True)
 
 
 def test_sound_values_and_attributes_pass() -> None:
@@ -150,12 +157,12 @@ def test_sound_values_and_attributes_pass() -> None:
         "weight": (("sample",), np.array([], dtype=float), {}),
         "another": (("x",), np.array([-1.0]), {}),
     }
-    check_values(good, "a.nc", ranges=True)
+    check_values({name: Column(*column) for name, column in good.items()}, "a.nc", ranges=True)
     nan, state = np.nan, np.array([0, 1, 2], dtype=np.int8)
 
     def widths(width: list, force: list) -> None:
-        columns = {"crack_width_max": (BOTH, np.array(width), {}), "base_reaction": (BOTH, np.array(force), {})}
-        check_values(columns | {"status": (("sample",), state[: len(width)], {})}, "a.nc")
+        columns = {n: Column(BOTH, np.array(v), {}) for n, v in (("crack_width_max", width), ("base_reaction", force))}
+        check_values(columns | {"status": Column(("sample",), state[: len(width)], {})}, "a.nc")
 
     widths([[0, 1], [0, nan], [nan, nan]], [[9, 9], [9, nan], [nan, 9]])
     for width, force in (([[0, nan]], [[9, 9]]), ([[nan, nan]], [[nan, nan]]), ([[0, 1, 2]], [[9, nan, 9]])):
