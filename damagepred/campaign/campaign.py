@@ -263,6 +263,8 @@ class Campaign:
                     engine = Engine(where, pool if executor is None else executor)
                     batches = Batches(((i, inputs(i)) for i in remaining), len(remaining), timeout)
                     state = study._run(folder, batches, inputs, engine, stop, state, on_progress)
+                if pool is not None:
+                    pool.shutdown(cancel_futures=stop.count > 1)
             folder.consolidate()
             if executor is None or not stop.count:  # remote workers may not have seen the request to stop
                 folder.tidy()
@@ -283,10 +285,9 @@ class Campaign:
         state: Progress,
         on_progress: Callable[[Progress], None] | None,
     ) -> Progress:
-        where = str(folder.path.resolve())
         times: list[float] = []
         warm_up(self.settings.scene)  # while local workers load the program
-        for result in run_all(engine, where, batches, lambda: stop.count):
+        for result in run_all(engine, batches, lambda: stop.count):
             message = ""
             if isinstance(result, LostSample):
                 folder.record_failure(result.sample, result.reason, result.message, inputs(result.sample))

@@ -113,9 +113,7 @@ class Batches:
         return batch
 
 
-def run_all(
-    engine: Engine, folder: str, batches: Batches, interrupts: Callable[[], int]
-) -> Iterator[Outcome | LostSample]:
+def run_all(engine: Engine, batches: Batches, interrupts: Callable[[], int]) -> Iterator[Outcome | LostSample]:
     """Keep workers busy and yield the outcomes of samples as they arrive."""
     running: dict[Any, Batch] = {}
     again: list[Batch] = []
@@ -142,7 +140,7 @@ def run_all(
             return
         for future in done:
             batch = running.pop(future)
-            outcomes = _result(future, folder, batch)
+            outcomes = _result(future, engine.folder, batch)
             if isinstance(outcomes, list):
                 for outcome in outcomes:
                     if outcome.status == NOT_STARTED:

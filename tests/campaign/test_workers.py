@@ -68,7 +68,7 @@ def never() -> int:
 def test_the_others_survive(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dispatch, "run_batch", troubled)
     with LocalPool(workers=2, timeout=1.0) as pool:
-        results = list(run_all(Engine("nowhere", pool), "nowhere", Batches(tasks(10), 10), never))
+        results = list(run_all(Engine("nowhere", pool), Batches(tasks(10), 10), never))
     lost = {r.sample: r for r in results if isinstance(r, LostSample)}
     reasons = {3: "worker_died", 6: "timeout", 8: "error"}
     assert {sample: r.reason for sample, r in lost.items()} == reasons
@@ -85,7 +85,7 @@ def test_lost_samples_are_tried_again(tmp_path: Path, monkeypatch: pytest.Monkey
     """Killed workers, stopped workers, lost answers: each sample has its result."""
     monkeypatch.setattr(dispatch, "run_batch", moody)
     with LocalPool(workers=2, timeout=0.5) as pool:
-        results = list(run_all(Engine(str(tmp_path), pool), str(tmp_path), Batches(tasks(4), 4), never))
+        results = list(run_all(Engine(str(tmp_path), pool), Batches(tasks(4), 4), never))
     assert sorted(r.sample for r in results if isinstance(r, Outcome)) == list(range(4))
 
 
@@ -147,7 +147,7 @@ def test_idle_workers_that_hang_are_replaced() -> None:
 def test_workers_that_cannot_start_end_the_run() -> None:
     died = r"3 worker processes in a row died before they began \(exit code 7\)"
     with LocalPool(workers=1, timeout=None, prepare=stillborn) as pool, pytest.raises(StudyError, match=died):
-        list(run_all(Engine("", pool), "", Batches(tasks(2), 2), never))
+        list(run_all(Engine("", pool), Batches(tasks(2), 2), never))
 
 
 @pytest.mark.thorough
