@@ -159,20 +159,10 @@ class Campaign:
         return cls(read_frozen(text), NO_LIMITS)
 
     @checked
-    def sample(self, number: int, samples: int | None = None) -> tuple[Scene, dict[str, FloatArray]]:
-        """Scene of one sample, and its values that vary from joint to joint.
-
-        Parameters
-        ----------
-        number : int
-            Number of the sample, from 0.
-        samples : int, optional
-            Number of samples of the design; only a Latin hypercube depends on it.
-        """
+    def sample(self, number: int) -> tuple[Scene, dict[str, FloatArray]]:
+        """Scene of one sample, by its number from 0, and its values that vary from joint to joint."""
         require_count("number", number, 0)
-        if samples is not None:
-            require_count("samples", samples, number + 1)
-        count = max(self.settings.study.samples, number + 1) if samples is None else samples
+        count = max(self.settings.study.samples, number + 1)
         require_affordable(self.settings, self.limits, count)
         return sample_of(self.settings, self.design, number, count)
 

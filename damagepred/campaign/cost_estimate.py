@@ -33,6 +33,8 @@ from damagepred.scene.scene import STUDY_KEYS
 from damagepred.scene.what_moves import what_moves
 
 MOST_SAMPLES = 10**9  # largest number of samples: the points of a scrambled Sobol sequence
+TIMING_LIMIT, HISTORY_WALLS = 60.0, 4
+"""Time (s) after which a wall is no longer timed; number of timed walls of a study of histories."""
 REPEATED_BELOW = 1 / 3
 """Share of the timing limit below which a wall is timed again: the first one also compiles or loads kernels."""
 DESIGN_COPIES = 8  # copies of each input of each sample (8 bytes) while a design is drawn and written
@@ -113,10 +115,8 @@ def estimate_cost(
     path: str | Path,
     on_step: Callable[[Step], None] | None = None,
     limits: Limits = Limits(),  # noqa: B008 - frozen
-    timing_limit: float = 60.0,
-    history_walls: int = 4,
 ) -> CostEstimate:
-    """Validate a scene or study file and time one wall of it; of a study of histories ``history_walls`` walls."""
+    """Validate a scene or study file and time one wall of it; of a study of histories ``HISTORY_WALLS``."""
     tables = read_toml(path)
     samples, variables = 1, 0
     sampled: Callable[[int], tuple[Scene, Mapping[str, FloatArray]]] | None
@@ -140,15 +140,15 @@ def estimate_cost(
     dynamics, mesh = scene.dynamics, model.mesh
     count = scene.movement.increment_count if dynamics is None else dynamics.outputs
     began = time.perf_counter()
-    seconds, status, cautions = _timed(scene, fields, count, on_step, limits, timing_limit)
-    if seconds < REPEATED_BELOW * timing_limit:
-        seconds = min(seconds, _timed(scene, fields, count, None, limits, timing_limit)[0])
+    seconds, status, cautions = _timed(scene, fields, count, on_step, limits)
+    if seconds < REPEATED_BELOW * TIMING_LIMIT:
+        seconds = min(seconds, _timed(scene, fields, count, None, limits)[0])
     timed = [seconds]
     if sampled is not None and scene.movement.stage:
-        for number in range(1, min(history_walls, samples)):
-            if time.perf_counter() - began > timing_limit:
+        for number in range(1, min(HISTORY_WALLS, samples)):
+            if time.perf_counter() - began > TIMING_LIMIT:
                 break
-            timed.append(_timed(*sampled(number), count, on_step, limits, timing_limit)[0])
+            timed.append(_timed(*sampled(number), count, on_step, limits)[0])
     return CostEstimate(
         title=title,
         blocks=model.n_blocks,
@@ -191,7 +191,7 @@ OnStep = Callable[[Step], None] | None
 
 
 def _timed(
-    scene: Scene, fields: Mapping[str, FloatArray], count: int, on_step: OnStep, limits: Limits, timing_limit: float
+    scene: Scene, fields: Mapping[str, FloatArray], count: int, on_step: OnStep, limits: Limits
 ) -> tuple[float, str, tuple[str, ...]]:
     """Time of a wall (s), extrapolated beyond the timing limit, its status, and cautions."""
     began = time.perf_counter()
@@ -199,7 +199,7 @@ def _timed(
     def watch(step: Step) -> None:
         if on_step is not None:
             on_step(step)
-        if 0 < step.increment.number < count and time.perf_counter() - began > timing_limit:
+        if 0 < step.increment.number < count and time.perf_counter() - began > TIMING_LIMIT:
             raise _TimingLimit(step.increment.number)
 
     try:

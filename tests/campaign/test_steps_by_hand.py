@@ -233,7 +233,7 @@ SEASONS = "[scene.movement.seasons]\nyears = 1\nswing = '6 mm'\nincrements = 1\n
 SCATTER = "[variables.'joint.friction']\ndistribution = 'uniform'\nlower = 0.6\nupper = 0.8\n"
 
 
-def test_walls_of_histories_are_timed_one_after_the_other(tmp_path: Path) -> None:
+def test_walls_of_histories_are_timed_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "years.toml").write_text(WALL + SEASONS + SCATTER)
     seen = []
     found = estimate_cost(tmp_path / "years.toml", on_step=lambda step: seen.append(step.increment.number))
@@ -241,12 +241,15 @@ def test_walls_of_histories_are_timed_one_after_the_other(tmp_path: Path) -> Non
     assert found.wall_seconds == pytest.approx(np.mean(found.timed))
     assert "on average of 3 walls, " in cost_lines(found)[3]
     assert "3 walls with 1 uncertain numbers" in "".join(cost_lines(found))
-    assert len(estimate_cost(tmp_path / "years.toml", history_walls=2).timed) == 2
+    monkeypatch.setattr(cost_estimate, "HISTORY_WALLS", 2)
+    assert len(estimate_cost(tmp_path / "years.toml").timed) == 2
 
 
-def test_timing_ends_with_its_limit_and_other_movements_take_one_wall(tmp_path: Path) -> None:
+def test_timing_ends_with_its_limit_and_other_movements_take_one_wall(tmp_path, monkeypatch) -> None:
     (tmp_path / "years.toml").write_text(WALL + SEASONS + SCATTER)
-    assert len(estimate_cost(tmp_path / "years.toml", timing_limit=0.0).timed) == 1
+    with monkeypatch.context() as patch:
+        patch.setattr(cost_estimate, "TIMING_LIMIT", 0.0)
+        assert len(estimate_cost(tmp_path / "years.toml").timed) == 1
     (tmp_path / "once.toml").write_text(WALL + SCATTER)
     found = estimate_cost(tmp_path / "once.toml")
     assert len(found.timed) == 1
