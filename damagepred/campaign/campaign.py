@@ -393,6 +393,7 @@ class Campaign:
     def design_dataset(self, samples: int) -> xr.Dataset:
         """Every input of the first samples by its key; on (sample, joint) if stored fields fit (``MOST_VALUES``)."""
         require_count("samples", samples)
+        require_affordable(self.settings, self.limits, samples)
         values = self.design.wall_values(samples)
         columns: dict[str, Any] = {"sample": np.arange(samples), **values}
         if (weight := self.design.weights(samples)) is not None:
