@@ -20,15 +20,10 @@ from damagepred.campaign.settings import StudySettings
 from damagepred.plotting import draw_back_analysis
 from damagepred.report.back_analysis import posterior_cautions
 from damagepred.scene.described import build
+from damagepred.uq import observations as observing
 from damagepred.uq.discrepancy import Discrepancy, stacked
 from damagepred.uq.history import PRESENT
-from damagepred.uq.observations import (
-    CrackObservation,
-    LevelObservation,
-    Observations,
-    SlopeObservation,
-    WindowObservation,
-)
+from damagepred.uq.observations import CrackObservation, LevelObservation, Observations, SlopeObservation
 from damagepred.uq.survey_likelihood import CrackPrediction, measured, series_fit, vague_log_likelihood
 from tests.conftest import SMALL_STUDY
 
@@ -214,7 +209,7 @@ def test_a_window_that_has_closed_tells_the_movement(tmp_path: Path) -> None:
     Study(StudySettings.from_dict(tomllib.loads(text))).run(tmp_path / "window.dp", samples=6)
     walls = StoredWalls(tmp_path / "window.dp")
     change = walls.ds["opening_width_change"].values[2, :, 0]
-    seen = Observations(window=(WindowObservation(opening=1, width_change=change[4], error="0.05 mm"),))
+    seen = Observations(window=(observing.WindowObservation(opening=1, width_change=change[4], error="0.05 mm"),))
     model = seen.discrepancy
     fit = walls.fit(seen, PRESENT, model, np.arange(6), replayed=False)
     assert fit.misfit[2, 4] == 0.0

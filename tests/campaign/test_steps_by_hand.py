@@ -19,11 +19,7 @@ from damagepred.campaign.campaign import Campaign
 from damagepred.campaign.cost_estimate import _elsewhere, _errors, _percent, estimate_cost
 from damagepred.campaign.dispatch import Batches, Engine, LostSample, _result
 from damagepred.campaign.sample import Outcome, already_done
-from damagepred.campaign.settings import (
-    StudySettings,
-    read_frozen,
-    study_tables,
-)
+from damagepred.campaign.settings import StudySettings, read_frozen, study_tables
 from damagepred.campaign.verify import verify
 from damagepred.cli.sentences import cost_lines
 from damagepred.errors import InputError

@@ -7,20 +7,19 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import wall_model
-from damagepred.damage import (
-    beam_strain,
-    construction_limits,
-    deflection_over_strain,
-    deviation_limits,
-    load_movement_limits,
-    load_strain_table,
-    load_table,
-    sticking_limits,
-)
 from damagepred.damage.crack_bands import BandGauges
 from damagepred.damage.cracks import find_cracks, psi
+from damagepred.damage.deep_beam import beam_strain, deflection_over_strain
 from damagepred.damage.deviation import Frames, SightLines
-from damagepred.damage.limits import load_scale
+from damagepred.damage.limits import (
+    construction_limits,
+    deviation_limits,
+    load_movement_limits,
+    load_scale,
+    load_strain_table,
+    sticking_limits,
+)
+from damagepred.damage.table import load_table
 from damagepred.damage.tracing import Growth
 from damagepred.one_wall.judged_path import gauges
 from damagepred.scene import Damage, Dpc, Opening, Scene, Wall

@@ -11,16 +11,11 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.model import JointProperties
 from damagepred.kernels.interface import commit, internal_force
 from damagepred.kernels.jit import kernel
+from damagepred.kernels.joint import return_mapping as mapping_of_joints
 from damagepred.kernels.joint.explicit_update import explicit_update
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.joint.parameters import joint_parameters
-from damagepred.kernels.joint.return_mapping import (
-    all_plain,
-    general_tresca_return,
-    is_plain,
-    plain_return,
-    return_mapping,
-)
+from damagepred.kernels.joint.return_mapping import all_plain, is_plain, plain_return, return_mapping
 from damagepred.kernels.joint.softening import Softening
 from damagepred.scene import Solver
 from damagepred.solvers.state.wall_state import JointHistory
@@ -110,7 +105,7 @@ def evaluate_tresca(joints, cracked, kappa, bound, e, shear):
     found = np.empty((e.size, 6))
     for i in range(e.size):
         p = joints[i]
-        found[i] = np.array(general_tresca_return(p, cracked[i], kappa[i], bound[i], e[i], shear[i]))
+        found[i] = np.array(mapping_of_joints.general_tresca_return(p, cracked[i], kappa[i], bound[i], e[i], shear[i]))
     return found
 
 

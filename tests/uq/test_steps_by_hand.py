@@ -14,6 +14,7 @@ from damagepred.errors import InputError
 from damagepred.scene import Dpc, Movement, Opening, Scene, Wall
 from damagepred.scene.described import build
 from damagepred.uq import capacity
+from damagepred.uq import observations as observing
 from damagepred.uq.capacity import Capacities, category_number, highest_category, require_categories
 from damagepred.uq.design import Sampler
 from damagepred.uq.discrepancy import Discrepancy
@@ -24,13 +25,7 @@ from damagepred.uq.fragility import normalised_weights
 from damagepred.uq.importance import Proposal, cross_entropy_shift, draw
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_measure
 from damagepred.uq.marginals import Mixture, Table, breaks, from_normal
-from damagepred.uq.observations import (
-    CrackObservation,
-    LevelObservation,
-    Observations,
-    SlopeObservation,
-    WindowObservation,
-)
+from damagepred.uq.observations import CrackObservation, Observations, SlopeObservation, WindowObservation
 from damagepred.uq.selection import betting_lower_bound, hoeffding_bounds, select_cheapest, select_least_expected
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 from damagepred.uq.subset import Level, SubsetEstimate, _mean_of_runs, _variation, subset_simulation
@@ -367,7 +362,7 @@ def test_the_vague_likelihood_is_the_product_of_its_terms() -> None:
             CrackObservation(wider_than=1e-3, narrower_than=5e-3),
             CrackObservation(wider_than=3e-3, x=0.0, y=1.0, direction="stepped"),
         ),
-        level=(LevelObservation(x=0.0, y=0.0, to_x=3.0, to_y=4.0, difference=4e-3),),
+        level=(observing.LevelObservation(x=0.0, y=0.0, to_x=3.0, to_y=4.0, difference=4e-3),),
         slope=(SlopeObservation(value=0.004),),
         tilt=(SlopeObservation(value=0.006),),
         window=(WindowObservation(opening=1, sticks=True), WindowObservation(opening=2, width_change=-2e-3)),
@@ -428,7 +423,7 @@ def test_places_off_the_wall_and_in_openings_are_refused_at_their_edges() -> Non
     ):
         with pytest.raises(InputError, match=f"crack 1: .*{words}"):
             require_on(Observations(crack=(CrackObservation(x=x, y=y, none=True),)), scene, "a")
-    level = LevelObservation(x=0.5, y=0.0, to_x=4.0, to_y=-0.1, difference=1e-3)
+    level = observing.LevelObservation(x=0.5, y=0.0, to_x=4.0, to_y=-0.1, difference=1e-3)
     with pytest.raises(InputError, match=r"level 1: to_y = -0\.1 m lies off"):
         require_on(Observations(level=(level,)), scene, "a")
     window = WindowObservation(opening=3, sticks=False)
