@@ -150,11 +150,7 @@ def test_fields_of_the_walls_are_independent_also_by_distance(study_file):
         ("wall.side.joint.cohesion", "wall.sied.joint.cohesion", "no wall 'sied'.*Did you mean 'side'"),
         ("wall.side.joint.cohesion", "wall.front.joint.cohesion", "leaves this number out"),
         ('"wall.thickness"', '"wall.length"', "no wall 'length'"),
-        (
-            'name = "side"',
-            'name = "side"\nthickness = 0.23',
-            "walls have 0.11 m to 0.23 m; name one, .*front.thickness",
-        ),
+        ('name = "side"', 'name = "side"\nthickness = 0.23', "walls have 0.11 m to 0.23 m; name one, .*thickness"),
         ("seed = 3", "seed = 3\nfields_from = { }", "as many walls as the scene"),
     ],
 )

@@ -128,9 +128,7 @@ def test_sentences_are_their_list() -> None:
     lines += comparison_lines(studies, 3, 0.008)
     studies["probability"][0] = np.nan
     lines += comparison_lines(studies, 3, 0.008)
-    zones = {
-        f"zones_{how}": ("increment", [0, n]) for n, how in enumerate(("in_shear", "in_tension", "yielded_before"), 2)
-    }
+    zones = {f"zones_{k}": ("increment", [0, n]) for n, k in enumerate(("in_shear", "in_tension", "yielded_before"), 2)}
     attrs = {"zones": 40, "deformable_blocks": 5, "plane": "stress"}
     ds = xr.Dataset({**zones, "block_x": ("block", np.zeros(9))}, attrs=attrs)
     lines += [*zones_lines(ds), *zones_lines((0 * ds).assign_attrs(attrs))]

@@ -133,9 +133,7 @@ def of_text(ax: Axes, text: Text, common: str) -> tuple[str, list[Any]]:
 def of_handle(handle: Artist) -> str:
     if isinstance(handle, Line2D):
         dashes = number(handle._dash_pattern[1]) if handle.is_dashed() else ""
-        ink = [
-            to_hex(c, True) for c in (handle.get_color(), handle.get_markeredgecolor(), handle.get_markerfacecolor())
-        ]
+        ink = [to_hex(c, True) for c in (handle.get_color(), handle.get_mec(), handle.get_mfc())]
         width, size = handle.get_linewidth(), handle.get_markersize()
         return f"{ink[0]} {width:g} {handle.get_linestyle()} {dashes} {handle.get_marker()} {size:g} {ink[1]} {ink[2]}"
     if isinstance(handle, Patch):

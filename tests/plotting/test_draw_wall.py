@@ -137,9 +137,7 @@ def test_openings_are_named_by_kind_size_and_place(on_dpc):
     ds = ds.drop_dims("opening").assign({f"opening_{name}": ("opening", v) for name, v in values.items()})
     change = np.array([[0.0, 0.0], [1.0, -2.0], [3.0, -4.0], [5.0, -7.0]]) * 1e-3
     ds["opening_width_change"] = ("increment", "opening"), change
-    drawn = {
-        one.get_label(): one.get_ydata() for one in draw(ds, "opening_width_change").lines if len(one.get_xdata()) == 4
-    }
+    drawn = {k.get_label(): k.get_ydata() for k in draw(ds, "opening_width_change").lines if len(k.get_xdata()) == 4}
     assert list(drawn) == ["window 1: 1.25 x 0.60 m, at 0.25 m", "door 2: 0.80 x 2.00 m, at 1.50 m"]
     np.testing.assert_allclose(list(drawn.values()), 1e3 * change.T)
     ds["opening_sill"] = "opening", [np.nan, 0.0]
