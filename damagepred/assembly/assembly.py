@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from damagepred.arrays import FloatArray, Int8Array, IntArray
+from damagepred.arrays import FloatArray
 from damagepred.assembly import interfaces
 from damagepred.assembly.brick_cracks import whole_centres
 from damagepred.assembly.elastic_blocks import elastic_blocks
 from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_properties, refuse_overlaps, shared_edges
-from damagepred.assembly.interfaces import Geometry
+from damagepred.assembly.interfaces import BEARING_WIDTH, Geometry, Grounded
 from damagepred.assembly.mesh import Mesh, default_zone_size, mesh_of
 from damagepred.assembly.model import Blocks, Jambs, Model, Supports
 from damagepred.assembly.points import Amount, Hold, Traction, Where, edge_loads, held_too
@@ -33,7 +33,6 @@ from damagepred.scene import BlockMaterial, Joint, Solver
 GRAVITY = 9.81
 """Acceleration of gravity (m/s2)."""
 
-BEARING_WIDTH = 1e-4  # width of a bearing (m): a knife edge, on which a block turns almost freely
 LARGEST_DISPLACEMENT = 1e4  # limit of input (m, rad): above it, a mistaken unit is likely
 LARGEST_STRAIN = 0.01  # strain of a block, as in ``[strain]``
 NO_JAMBS = Jambs.none()
@@ -43,16 +42,6 @@ NEVER_CUT = (ContactKind.SUPPORT, ContactKind.CONTROL_JOINT)
 
 
 XY = tuple[float, float]
-
-
-class Grounded(NamedTuple):
-    """A block that rests on the ground: with its whole underside, or bearing in one point x (m) of it."""
-
-    block: int
-    x: float | None
-    material: int
-    kind: ContactKind
-    width: float = BEARING_WIDTH
 
 
 class Assembly:
@@ -106,8 +95,8 @@ class Assembly:
         self._levels: dict[int, tuple[int, ContactKind]] = {}
         self._ground: list[Grounded] = []
         self._bearings: list[Grounded] = []
-        self._ground_profile: Callable[[FloatArray], FloatArray] | None = None
-        self._ground_growth: Callable[[FloatArray, float], FloatArray] | None = None
+        self._ground_rise: interfaces.Rise | None = None
+        self._ground_is_proportional = True
         self._load: dict[int, FloatArray] = {}
         self._push: dict[int, FloatArray] = {}
         self._push_body = np.zeros(2)
@@ -238,7 +227,8 @@ class Assembly:
         material = _numbered(self._joint_materials, joint)
         listed = dict.fromkeys(self._check(b) for b in blocks)
         self._ground = [Grounded(block, None, material, kind) for block in listed]
-        self._ground_profile, self._ground_growth = displacement, growth
+        self._ground_rise = growth if displacement is None else lambda x, _: displacement(x)
+        self._ground_is_proportional = growth is None
 
     @checked
     def bear(self, block: int, x: float, joint: Joint | None = None, *, width: float = BEARING_WIDTH) -> None:
@@ -471,9 +461,9 @@ class Assembly:
         elastic = elastic_blocks(self._polygons, self._are_elastic(settings, mesh), ratios, left)
         outline, first_vertex, facet = interfaces.outlines(blocks, mesh)
         shared = shared_edges(outline, first_vertex, tolerance)
-        grounded, resting = self._ground_edges(outline, first_vertex)
+        grounded, resting = interfaces.ground_edges(outline, first_vertex, self._ground + self._bearings)
         edges = interfaces.joined(shared, grounded)
-        kind, material = self._classify(edges, blocks, resting)
+        kind, material = interfaces.classified(edges, blocks, resting, self._levels, self._pairs)
         bare = np.array([no_tension_joint(joint) for joint in self._joint_materials])[material]
         bare = (bare | np.isin(kind, list(no_tension))) & ~np.isin(kind, NEVER_CUT)
         parts = np.where(bare, settings.no_tension_parts, 1)
@@ -571,14 +561,8 @@ class Assembly:
             velocity[block] = start
         first_material = np.zeros(1, dtype=np.int64)
         extent = float(np.ptp(blocks.vertices[:, 0]))
-        length = extent if span is None else span
-        middle = float(blocks.vertices[:, 0].min()) + extent / 2
-        growth = self._ground_growth
-        profile = self._ground_profile if growth is None else lambda x: growth(x, 1.0)
-        if growth is None:
-            ground = interfaces.ground_movement(geometry, profile)
-        else:
-            ground = interfaces.growing_ground(geometry, growth)
+        middle, rise = float(blocks.vertices[:, 0].min()) + extent / 2, self._ground_rise
+        ground = interfaces.ground_movement(geometry, rise, proportional=self._ground_is_proportional)
         if self._strain:
             strains = np.array([self._strain.get(block, 0.0) for block in range(self.n_blocks)])
             ground = interfaces.with_strain(ground, interfaces.displacement_by_strain(geometry, strains))
@@ -592,8 +576,8 @@ class Assembly:
             joints=geometry.joints,
             density=density,
             thickness=self.thickness,
-            span=length,
-            central_deflection=abs(float(profile(np.array([middle]))[0])) if profile else self._largest_movement(),
+            span=extent if span is None else span,
+            central_deflection=abs(float(rise(np.array([middle]), 1.0)[0])) if rise else self._largest_movement(),
             apex_limited=limited,
             snap_back_limited=snap_back,
             block_law=law,
@@ -613,62 +597,6 @@ class Assembly:
         area, x, y, polar = np.array([mass_properties(p) for p in self._polygons]).T
         course, first_vertex = np.array(self._course, np.int64), np.cumsum([0, *map(len, self._polygons)])
         return Blocks(x, y, area, polar, course, np.concatenate(self._polygons), first_vertex)
-
-    def _ground_edges(self, outline: FloatArray, first_vertex: IntArray) -> tuple[SharedEdges, list[Grounded]]:
-        """Lowest edges of the blocks that rest on the ground, and the ground contact of each edge."""
-        edges: list[tuple[int, int, float, float, float]] = []
-        contacts: list[Grounded] = []
-        for resting in self._ground + self._bearings:
-            first, last = first_vertex[resting.block], first_vertex[resting.block + 1]
-            corners = outline[first:last]
-            low, reach = corners[:, 1].min(), 1e-9 * np.ptp(corners[:, 1])
-            after = np.roll(corners, -1, axis=0)
-            level = np.flatnonzero((corners[:, 1] <= low + reach) & (after[:, 1] <= low + reach))
-            if not level.size:
-                raise InputError(f"block {resting.block}: cannot rest on the ground, its underside is a corner.")
-            start, end = corners[level, 0], after[level, 0]
-            if resting.x is not None:  # a bearing on one edge
-                near = int(np.argmin(np.maximum(start - resting.x, resting.x - end)))
-                level, half = level[near : near + 1], resting.width / 2
-                start, end = np.array([resting.x - half]), np.array([resting.x + half])
-            edges += [(resting.block, first + i, x0, x1, low) for i, x0, x1 in zip(level, start, end)]
-            contacts += [resting] * len(level)
-        block, edge, start, end, level_y = np.array(edges, dtype=np.float64).reshape(-1, 5).T
-        return SharedEdges(
-            a=np.full(len(edges), len(self._polygons)),
-            b=block.astype(np.int64),
-            start=np.column_stack((start, level_y)),
-            end=np.column_stack((end, level_y)),
-            normal=np.tile([0.0, 1.0], (len(edges), 1)),
-            edge_a=np.full(len(edges), -1),
-            edge_b=edge.astype(np.int64),
-        ), contacts
-
-    def _classify(self, edges: SharedEdges, blocks: Blocks, grounded: list[Grounded]) -> tuple[Int8Array, IntArray]:
-        """Kind and material of each interface: by direction, then by level, then by pair."""
-        level = np.abs(edges.normal[:, 1]) >= np.abs(edges.normal[:, 0])
-        kind = np.where(level, ContactKind.BED_JOINT, ContactKind.HEAD_JOINT).astype(np.int8)
-        material = np.zeros(len(kind), dtype=np.int64)
-        first_ground = len(kind) - len(grounded)
-        inner = np.arange(len(kind)) < first_ground
-        course = np.append(blocks.course, -1)
-        for below, (number, special) in self._levels.items():
-            bed = inner & level & (course[edges.a] == below) & (course[edges.b] == below + 1)
-            kind[bed], material[bed] = special, number
-        if self._pairs:
-            # a vertex on an edge splits it: then a pair of blocks has two interfaces
-            between: dict[tuple[int, int], list[int]] = {}
-            for i in np.flatnonzero(inner).tolist():
-                pair = sorted((int(edges.a[i]), int(edges.b[i])))
-                between.setdefault((pair[0], pair[1]), []).append(i)
-            for (a, b), (number, given) in self._pairs.items():
-                if (a, b) not in between:
-                    raise InputError(f"blocks {a} and {b} share no edge, so there is no joint to set between them.")
-                material[between[a, b]] = number
-                kind[between[a, b]] = kind[between[a, b]] if given is None else given
-        kind[first_ground:] = [resting.kind for resting in grounded]
-        material[first_ground:] = [resting.material for resting in grounded]
-        return kind, material
 
 
 def _numbered(materials: list[Any], material: object | None) -> int:

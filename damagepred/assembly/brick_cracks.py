@@ -93,7 +93,7 @@ class BrickWatch(NamedTuple):
         return cls(number, length, height, height * scene.wall.thickness, brick_joint(scene.block))
 
     def near(self, model: Model, normal_stress: FloatArray, shear_stress: FloatArray) -> bool:
-        """Whether the middle of a brick nears its strength, by the contact stresses (m, q): mean of both halves."""
+        """Whether the forces in the middle of a brick near its strength; mean of its halves, by contact stresses."""
         face, n = model.interfaces, model.n_blocks + 1
         pull, slide = (face.contact_area * stress for stress in (normal_stress, shear_stress))
         n_x, n_y = face.normal_x[:, None], face.normal_y[:, None]

@@ -20,6 +20,7 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.geometry import SharedEdges
 from damagepred.kernels.dynamics.strains import unit_displacements
+from damagepred.kernels.interface.kinematics import ElasticSides
 
 
 class ElasticBlocks(NamedTuple):
@@ -73,15 +74,6 @@ class ElasticBlocks(NamedTuple):
             share = size / (self.halves * self.length)[self.number[side]] * np.where(bends[0] & bends[1], 2, on_rigid)
             count = np.where(bed, np.maximum(count, np.ceil(share * (1 - 1e-9)).astype(np.int64)), count)
         return count
-
-
-class ElasticSides(NamedTuple):
-    """Displacement of the sides of m interfaces by strain and curvature of elastic blocks."""
-
-    dof: IntArray  # (m, 2): degree of freedom of the strain of block a and b, the curvature follows; -1 if rigid
-    # (m, 2, 3, 2): opening and shear at the middle (m), and relative rotation, per unit strain and unit
-    # curvature (1/m)
-    rows: FloatArray
 
 
 def elastic_blocks(

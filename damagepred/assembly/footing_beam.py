@@ -18,12 +18,13 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.assembly.assembly import BEARING_WIDTH, Assembly, rectangle
+from damagepred.assembly.assembly import Assembly, rectangle
 from damagepred.assembly.bond import Brick
-from damagepred.assembly.interfaces import Geometry
+from damagepred.assembly.interfaces import BEARING_WIDTH, Geometry
 from damagepred.assembly.model import Jacks, JointProperties
-from damagepred.assembly.section import Sections, concrete_sections
+from damagepred.assembly.section import concrete_sections
 from damagepred.enumerations import ContactKind
+from damagepred.kernels.concrete_section.structures import Sections
 from damagepred.scene import Footing, Joint, Scene
 
 SHEAR_AREA = 5.0 / 6.0  # share of a rectangle's area that carries shear, kappa
@@ -205,8 +206,8 @@ def deflection_of(up: Upward, left: float, right: float) -> FloatArray:
     return up(0.5 * (left + right)) - 0.5 * (up(left) + up(right))
 
 
-def jacks_model(scene: Scene, up: Upward) -> Jacks:
-    """Jacks of a rig."""
+def jacks_model(scene: Scene, up: Upward, deflection: FloatArray) -> Jacks:
+    """Jacks of a rig that control a deflection, by its weights (size,)."""
     positions = scene.rig.jack_places(scene.wall.length)
     return Jacks(
         push=np.sum([up(x) for x in positions], axis=0),
@@ -216,4 +217,5 @@ def jacks_model(scene: Scene, up: Upward) -> Jacks:
         load=scene.rig.jack_load or 0.0,
         by_load=scene.rig.control == "load",
         stop=stops_at(scene),
+        weights=deflection,
     )

@@ -137,7 +137,8 @@ def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float)
     centre = vertices.mean(axis=0)
     angle = np.arctan2(np.where(flip, -across, across), np.abs(forward))
     reach = np.hypot(*np.ptp(vertices, axis=0))
-    direction = _groups(angle, tolerance / reach)
+    order = np.argsort(angle, kind="stable")
+    direction = _numbered(order, np.diff(angle[order]) > tolerance / reach)
     offset = ((vertices - centre) * line_normal).sum(axis=1)
     line = _lines(direction, offset, tolerance)
 
@@ -162,12 +163,6 @@ def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float)
         none, nobody = np.empty((0, 2)), np.empty(0, np.int64)
         return SharedEdges(nobody, nobody, none, none, none, nobody, nobody)
     return SharedEdges(*(np.concatenate(column) for column in zip(*shared)))
-
-
-def _groups(values: FloatArray, tolerance: float) -> IntArray:
-    """Group numbers of values: a gap above ``tolerance`` starts a new group."""
-    order = np.argsort(values, kind="stable")
-    return _numbered(order, np.diff(values[order]) > tolerance)
 
 
 def _lines(direction: IntArray, offset: FloatArray, tolerance: float) -> IntArray:

@@ -17,7 +17,7 @@ import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.brick_cracks import bricks_break
-from damagepred.assembly.elastic_blocks import ElasticBlocks, ElasticSides, elastic_sides
+from damagepred.assembly.elastic_blocks import ElasticBlocks, elastic_sides
 from damagepred.assembly.footing_beam import UNBREAKABLE, UNLIMITED_STRENGTH
 from damagepred.assembly.interfaces import quadrature
 from damagepred.assembly.model import (
@@ -33,10 +33,11 @@ from damagepred.assembly.model import (
     Supports,
 )
 from damagepred.assembly.properties import joint_properties
-from damagepred.assembly.section import Sections, Wires
 from damagepred.assembly.wall import wall_geometry, wall_model
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
+from damagepred.kernels.concrete_section.structures import Sections, Wires
+from damagepred.kernels.interface.kinematics import ElasticSides
 from damagepred.scene import House, Joint
 from damagepred.scene.plan import Junction
 
@@ -361,6 +362,5 @@ def _ground(house: House, walls: Sequence[Model]) -> GroundMovement:
         rise, drift = house.surface(points, factor), (house._drift(points, factor) * axis).sum(axis=-1)
         return Ground(np.ascontiguousarray(n_y * rise + n_x * drift), np.ascontiguousarray(n_y * drift - n_x * rise))
 
-    if not house.movement.reverses and house.ground_is_proportional:
-        return GroundMovement(state(1.0))
-    return GroundMovement.growing(state, house.movement.reverses)
+    reverses = house.movement.reverses
+    return GroundMovement.through(state, house.ground_is_proportional and not reverses, reverses)

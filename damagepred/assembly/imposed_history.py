@@ -77,6 +77,7 @@ class ImposedHistory(GroundMovement):
         return cls(
             state(float(coordinates[-1])),
             state,
+            proportional=False,
             forget=state.cache_clear,
             history=history,
             coordinates=coordinates,

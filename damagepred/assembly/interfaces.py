@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +14,10 @@ from damagepred.assembly.geometry import SharedEdges
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.model import Blocks, Ground, GroundMovement, Interfaces, Joints
 from damagepred.enumerations import ContactKind
+from damagepred.errors import InputError
 from damagepred.scene import Solver
+
+BEARING_WIDTH = 1e-4  # width of a bearing (m): a knife edge, on which a block turns almost freely
 
 
 @dataclass(frozen=True, eq=False)  # geometries are compared by identity
@@ -47,6 +51,82 @@ def outlines(blocks: Blocks, mesh: Mesh | None) -> tuple[FloatArray, IntArray, I
         facets[block] = np.arange(facets_of_block.start, facets_of_block.stop)
     first = np.concatenate(([0], np.cumsum([len(p) for p in pieces])))
     return np.concatenate(pieces), first, np.concatenate(facets)
+
+
+class Grounded(NamedTuple):
+    """A block that rests on the ground: with its whole underside, or bearing in one point x (m) of it."""
+
+    block: int
+    x: float | None
+    material: int
+    kind: ContactKind
+    width: float = BEARING_WIDTH
+
+
+def ground_edges(
+    outline: FloatArray, first_vertex: IntArray, grounded: Sequence[Grounded]
+) -> tuple[SharedEdges, list[Grounded]]:
+    """Lowest edges of the blocks that rest on the ground, and the ground contact of each edge."""
+    edges: list[tuple[int, int, float, float, float]] = []
+    contacts: list[Grounded] = []
+    for resting in grounded:
+        first, last = first_vertex[resting.block], first_vertex[resting.block + 1]
+        corners = outline[first:last]
+        low, reach = corners[:, 1].min(), 1e-9 * np.ptp(corners[:, 1])
+        after = np.roll(corners, -1, axis=0)
+        level = np.flatnonzero((corners[:, 1] <= low + reach) & (after[:, 1] <= low + reach))
+        if not level.size:
+            raise InputError(f"block {resting.block}: cannot rest on the ground, its underside is a corner.")
+        start, end = corners[level, 0], after[level, 0]
+        if resting.x is not None:  # a bearing on one edge
+            near = int(np.argmin(np.maximum(start - resting.x, resting.x - end)))
+            level, half = level[near : near + 1], resting.width / 2
+            start, end = np.array([resting.x - half]), np.array([resting.x + half])
+        edges += [(resting.block, first + i, x0, x1, low) for i, x0, x1 in zip(level, start, end)]
+        contacts += [resting] * len(level)
+    block, edge, start, end, level_y = np.array(edges, dtype=np.float64).reshape(-1, 5).T
+    return SharedEdges(
+        a=np.full(len(edges), len(first_vertex) - 1),
+        b=block.astype(np.int64),
+        start=np.column_stack((start, level_y)),
+        end=np.column_stack((end, level_y)),
+        normal=np.tile([0.0, 1.0], (len(edges), 1)),
+        edge_a=np.full(len(edges), -1),
+        edge_b=edge.astype(np.int64),
+    ), contacts
+
+
+def classified(
+    edges: SharedEdges,
+    blocks: Blocks,
+    grounded: Sequence[Grounded],
+    levels: Mapping[int, tuple[int, ContactKind]],
+    pairs: Mapping[tuple[int, int], tuple[int, ContactKind | None]],
+) -> tuple[Int8Array, IntArray]:
+    """Kind and material of each interface: by direction, then by course below, then by pair of blocks."""
+    level = np.abs(edges.normal[:, 1]) >= np.abs(edges.normal[:, 0])
+    kind = np.where(level, ContactKind.BED_JOINT, ContactKind.HEAD_JOINT).astype(np.int8)
+    material = np.zeros(len(kind), dtype=np.int64)
+    first_ground = len(kind) - len(grounded)
+    inner = np.arange(len(kind)) < first_ground
+    course = np.append(blocks.course, -1)
+    for below, (number, special) in levels.items():
+        bed = inner & level & (course[edges.a] == below) & (course[edges.b] == below + 1)
+        kind[bed], material[bed] = special, number
+    if pairs:
+        # a vertex on an edge splits it: then a pair of blocks has two interfaces
+        between: dict[tuple[int, int], list[int]] = {}
+        for i in np.flatnonzero(inner).tolist():
+            pair = sorted((int(edges.a[i]), int(edges.b[i])))
+            between.setdefault((pair[0], pair[1]), []).append(i)
+        for (a, b), (number, given) in pairs.items():
+            if (a, b) not in between:
+                raise InputError(f"blocks {a} and {b} share no edge, so there is no joint to set between them.")
+            material[between[a, b]] = number
+            kind[between[a, b]] = kind[between[a, b]] if given is None else given
+    kind[first_ground:] = [resting.kind for resting in grounded]
+    material[first_ground:] = [resting.material for resting in grounded]
+    return kind, material
 
 
 def joined(first: SharedEdges, second: SharedEdges) -> SharedEdges:
@@ -182,26 +262,22 @@ def place_contacts(
     )
 
 
-Profile = Callable[[FloatArray], FloatArray]  # displacement of the ground: x (m) -> m
-Growth = Callable[[FloatArray, float], FloatArray]
-"""Displacement of a ground whose form changes: x (m), load factor -> m."""
+Rise = Callable[[FloatArray, float], FloatArray]
+"""Displacement of the ground: x (m), load factor -> m."""
 
 
-def ground_movement(geometry: Geometry, profile: Profile | None, along: Profile | None = None) -> GroundMovement:
-    """Movement of the ground in proportion to the load factor, upwards and along the wall."""
-    return GroundMovement(_ground(geometry, profile, along))
-
-
-def growing_ground(
-    geometry: Geometry, profile: Growth, along: Growth | None = None, reverses: bool = False
+def ground_movement(
+    geometry: Geometry, rise: Rise | None, along: Rise | None = None, proportional: bool = True, reverses: bool = False
 ) -> GroundMovement:
-    """Movement of a ground whose form changes as it grows, upwards and along the wall; 0 at load factor 0."""
+    """Movement of the ground upwards and along the wall; its form may change as it grows."""
+    x, first = geometry.ground_x, len(geometry.interfaces.kind) - len(geometry.ground_x)
+    n_x, n_y = geometry.interfaces.normal_x[first:, None], geometry.interfaces.normal_y[first:, None]
 
     def state(factor: float) -> Ground:
-        drift = None if along is None else lambda x: along(x, factor)
-        return _ground(geometry, lambda x: profile(x, factor), drift)
+        up, drift = (np.zeros_like(x) if moved is None else moved(x, factor) for moved in (rise, along))
+        return Ground(np.ascontiguousarray(n_y * up + n_x * drift), np.ascontiguousarray(n_y * drift - n_x * up))
 
-    return GroundMovement.growing(state, reverses)
+    return GroundMovement.through(state, proportional, reverses)
 
 
 def displacement_by_strain(geometry: Geometry, strain: FloatArray) -> Ground:
@@ -227,14 +303,4 @@ def with_strain(movement: GroundMovement, by_strain: Ground) -> GroundMovement:
             values[first:] += ground_values
         return Ground(*both)
 
-    return GroundMovement(state(1.0)) if movement.proportional else GroundMovement.growing(state, movement.reverses)
-
-
-def _ground(geometry: Geometry, profile: Profile | None, along: Profile | None) -> Ground:
-    """Displacement of the ground at its contacts in one state."""
-    still = np.zeros_like(geometry.ground_x)
-    rise = still if profile is None else profile(geometry.ground_x)
-    drift = still if along is None else along(geometry.ground_x)
-    first = len(geometry.interfaces.kind) - len(geometry.ground_x)
-    n_x, n_y = geometry.interfaces.normal_x[first:, None], geometry.interfaces.normal_y[first:, None]
-    return Ground(np.ascontiguousarray(n_y * rise + n_x * drift), np.ascontiguousarray(n_y * drift - n_x * rise))
+    return GroundMovement.through(state, movement.proportional, movement.reverses)

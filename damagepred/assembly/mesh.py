@@ -12,6 +12,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.geometry import mass_properties
@@ -107,12 +108,7 @@ class Mesh(NamedTuple):
         return 0.5 * ((x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0]))
 
 
-def cut_into_zones(polygon: FloatArray, size: float) -> tuple[Pattern, FloatArray]:
-    """Pattern of zones of a convex polygon, and its gridpoints (g, 2), by the largest edge of a cell (m)."""
-    return _joined_quads(*_division(polygon, size))
-
-
-def _division(polygon: FloatArray, size: float) -> tuple[list[FloatArray], tuple[int, int]]:
+def division(polygon: FloatArray, size: float) -> tuple[list[FloatArray], tuple[int, int]]:
     """Quadrilaterals of a polygon, and the number of cells along the two directions of each."""
     corners = _without_straight_corners(polygon)
     if len(corners) == 4:
@@ -154,7 +150,7 @@ def _without_straight_corners(polygon: FloatArray) -> FloatArray:
     return polygon[~straight]
 
 
-def _joined_quads(quads: list[FloatArray], cells: tuple[int, int]) -> tuple[Pattern, FloatArray]:
+def joined_quads(quads: list[FloatArray], cells: tuple[int, int]) -> tuple[Pattern, FloatArray]:
     """Quadrilaterals divided into cells, with common gridpoints on common edges."""
     points, zones = zip(*(_quad(quad, *cells) for quad in quads))
     every = np.concatenate(points)
@@ -170,8 +166,6 @@ def _joined_quads(quads: list[FloatArray], cells: tuple[int, int]) -> tuple[Patt
 
 def _same_places(key: IntArray) -> tuple[IntArray, IntArray]:
     """Merge points that coincide; return the first of each, and the new numbers of all."""
-    from scipy.spatial import cKDTree
-
     pairs = cKDTree(key).query_pairs(2.5, output_type="ndarray")
     leader = np.arange(len(key))
     for a, b in pairs[np.argsort(pairs.max(axis=1))]:
@@ -220,20 +214,19 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
     """Zones of the deformable blocks, by number -> largest edge of the cells (m); None if all are rigid."""
     if not sizes:
         return None
-    cuts, total, blocks = [], 0, sorted(sizes)
+    divisions, total, blocks = [], 0, sorted(sizes)
     for block in blocks:  # count first: millions of zones would fill the memory
-        quads, cells = _division(polygons[block] - polygons[block].mean(axis=0), sizes[block])
+        origin = polygons[block].mean(axis=0)
+        quads, cells = division(polygons[block] - origin, sizes[block])
+        divisions.append((origin, quads, cells))
         total += 4 * len(quads) * cells[0] * cells[1]
         if total > MOST_ZONES:
             raise InputError(
                 f"zone_size = {sizes[block]:g} m: would make more than {MOST_ZONES} zones in all, the limit; take a "
                 f"larger size, or fewer deformable blocks."
             )
-    for block in blocks:
-        origin = polygons[block].mean(axis=0)
-        pattern, points = cut_into_zones(polygons[block] - origin, sizes[block])
-        cuts.append((pattern, points + origin))
-    return joined_mesh(len(polygons), blocks, cuts)
+    cuts = [(origin, *joined_quads(quads, cells)) for origin, quads, cells in divisions]
+    return joined_mesh(len(polygons), blocks, [(pattern, points + origin) for origin, pattern, points in cuts])
 
 
 def joined_mesh(count: int, blocks: list[int], cuts: list[tuple[Pattern, FloatArray]]) -> Mesh:
@@ -333,8 +326,6 @@ def _matches(
     whole: Points, half: Points, axis: float, image: IntArray, number: IntArray, near: float
 ) -> tuple[IntArray, BoolArray]:
     """Number in the half of each point of the whole (their count if there is none), and whether it is mirrored."""
-    from scipy.spatial import cKDTree
-
     (x, y, block), (half_x, half_y, half_block) = whole, half
     apart = 10.0 * float(np.ptp(x) + np.ptp(y))  # a third coordinate separates blocks that touch
     mirrored = (number[block] < 0) | ((image[block] == block) & (x < axis - near))

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
-from damagepred.assembly.elastic_blocks import ElasticBlocks, ElasticSides
+from damagepred.assembly.elastic_blocks import ElasticBlocks
 from damagepred.assembly.joint_creep import JointCreep
 from damagepred.assembly.mesh import Mesh
-from damagepred.assembly.section import Sections
 from damagepred.inputs.documentation import documented
-from damagepred.kernels.interface.kinematics import EDGE
+from damagepred.kernels.concrete_section.structures import Sections
+from damagepred.kernels.interface.kinematics import EDGE, ElasticSides
 from damagepred.kernels.joint.parameters import joint_parameters
 from damagepred.scene.movement_stage import History
 
@@ -71,6 +71,7 @@ class InterfaceRecords(NamedTuple):
     contact_offset: FloatArray
     contact_area: FloatArray
     elastic: ElasticSides | None
+    properties: np.ndarray  # (m,): records of JOINT_PARAMETERS
 
 
 class Joints(NamedTuple):
@@ -128,38 +129,26 @@ class GroundMovement:
     """Displacement of the ground as a function of the load factor; 0 at load factor 0."""
 
     full: Ground  # state at load factor 1
-    # load factor -> state, where the form of the ground changes; None: ``full`` times the load factor
-    state: Callable[[float], Ground] | None = None
+    at: Callable[[float], Ground]  # load factor -> state
+    proportional: bool  # whether every state is the full one times the load factor
     reverses: bool = False  # whether the load factor also goes down to -1
     sampled_states: int = 8  # states of a growing movement, at equal steps of the load factor, in ``states``
-    _recent: list[tuple[tuple[float, Ground], ...]] = field(default_factory=lambda: [()], init=False, repr=False)
 
     @classmethod
-    def growing(cls, state: Callable[[float], Ground], reverses: bool = False) -> GroundMovement:
-        """Movement through given states: load factor -> state."""
-        cached = lru_cache(maxsize=32)(state)  # solvers repeat the same few
-        return cls(cached(1.0), cached, reverses)
+    def through(cls, state: Callable[[float], Ground], proportional: bool, reverses: bool = False) -> GroundMovement:
+        """Movement through given states: load factor -> state; multiples of the full one if they are proportional."""
+        full = state(1.0)
 
-    @property
-    def proportional(self) -> bool:
-        """Whether every state is the full one times the load factor."""
-        return self.state is None
+        def multiple(factor: float) -> Ground:
+            return Ground(factor * full.normal, factor * full.shear)
+
+        recent = lru_cache(maxsize=32)(multiple if proportional else state)  # solvers repeat the same few
+        return cls(full, recent, proportional, reverses)
 
     @property
     def moves(self) -> bool:
         """Whether the ground moves at all."""
         return any(state.normal.any() or state.shear.any() for state in self.states())
-
-    def at(self, load_factor: float) -> Ground:
-        """State at a load factor."""
-        if self.state is not None:
-            return self.state(load_factor)
-        for factor, ground in self._recent[0]:  # solvers repeat the same two
-            if factor == load_factor:
-                return ground
-        ground = Ground(load_factor * self.full.normal, load_factor * self.full.shear)
-        self._recent[0] = ((load_factor, ground), *self._recent[0][:2])  # one assignment: threads may share a model
-        return ground
 
     def load_factor_at(self, coordinate: float) -> float:
         """Load factor of the movement at a path coordinate; the two differ in an ``ImposedHistory``."""
@@ -191,9 +180,7 @@ class GroundMovement:
 
     def map(self, change: Callable[[Ground], Ground]) -> GroundMovement:
         """Movement with each state changed."""
-        if self.state is None:
-            return GroundMovement(change(self.full))
-        return GroundMovement.growing(lambda factor: change(self.at(factor)), self.reverses)
+        return GroundMovement.through(lambda factor: change(self.at(factor)), self.proportional, self.reverses)
 
 
 class Supports(NamedTuple):
@@ -228,10 +215,15 @@ class Jacks(NamedTuple):
     load: float  # of each jack at full movement (N), under load control, from the load of the level state
     by_load: bool  # load control; under the dead load the deflection is 0 in either case
     stop: str  # unloaded part that ends the path: "jacks" or "supports"; "" for none
-    weights: FloatArray | None = None  # (size,): weights of the controlled deflection; None: ``Model.deflection``
+    weights: FloatArray  # (size,): weights of the controlled deflection
     # jacks push only after the dead load, and the deflection counts from there; see ``solvers.stages``
     after_load: bool = False
     origin: float = 0.0  # zero of the deflection (m)
+
+    @property
+    def goal(self) -> float:
+        """Deflection at full movement (m, upwards); 0 where the load is given."""
+        return 0.0 if self.by_load else self.deflection
 
 
 class LaboratoryTest(NamedTuple):
@@ -383,7 +375,7 @@ class Model:
         edge = np.empty(len(face.kind), EDGE)
         for name in EDGE.names or ():
             edge[name] = getattr(face, name)
-        return InterfaceRecords(edge, face.contact_offset, face.contact_area, face.elastic)
+        return InterfaceRecords(edge, face.contact_offset, face.contact_area, face.elastic, self.joint_parameters)
 
     @cached_property
     def moves(self) -> BoolArray:

@@ -16,13 +16,7 @@ from damagepred.assembly.bond import Brick, gauge, halved, lay_bricks, parted
 from damagepred.assembly.brick_cracks import brick_joint, bricks_break, whole_centres, with_brick_stiffness
 from damagepred.assembly.footing_beam import Foundation, add_footing, deflection_of, foundation, upward
 from damagepred.assembly.imposed_history import ImposedHistory
-from damagepred.assembly.interfaces import (
-    Geometry,
-    displacement_by_strain,
-    ground_movement,
-    growing_ground,
-    with_strain,
-)
+from damagepred.assembly.interfaces import Geometry, displacement_by_strain, ground_movement, with_strain
 from damagepred.assembly.joint_creep import JointCreep
 from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.model import GroundMovement, Jambs, Model, Supports
@@ -43,7 +37,6 @@ from damagepred.scene import (
     BlockMaterial,
     ControlJoint,
     Dpc,
-    Footing,
     Joint,
     Movement,
     Opening,
@@ -281,7 +274,8 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
     material = _material_of_kind(scene)[interfaces.kind]
     fields_of = _by_material(fields, scene, len(geometry.mortar.kind))
     properties, limited = joint_properties(_joint_materials(scene), material, interfaces.joint, fields_of)
-    substances = [scene.block, _concrete(scene.footing)]
+    concrete = {name: getattr(scene.footing, name) for name in ("elastic_modulus", "poisson_ratio", "density")}
+    substances = [scene.block, BlockMaterial(**concrete)]
     substance = (np.arange(len(blocks.x)) >= len(bricks)).astype(np.int64)
     mortar = np.isin(material, CREEPING)
     if scene.creep is not None and scene.creep.relaxation_time is None:
@@ -340,22 +334,21 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
     if scene.movement.shape == "mound":
         return _on_ground(scene, model, geometry, footing)
     holds = _moved_from_below(scene, len(bricks)) if len(footing) else []
-    movement = scene.movement
-    if movement.proportional:
-        ground = _prescribed(geometry, movement, length)
-    else:
-        ground = growing_ground(geometry, lambda x, factor: movement.profile(x, length, factor))
+    ground = _prescribed(geometry, scene.movement, length)
     return replace(model, ground=ground, supports=held_too(model.supports, holds, geometry.mesh))
 
 
 def _prescribed(geometry: Geometry, movement: Movement, length: float) -> GroundMovement:
     """Movement of the ground by a prescribed profile, upwards and along the wall."""
 
-    def inside(x: FloatArray) -> FloatArray:  # contacts at the ends of two bricks lie on both sides of a step
-        return x + STEP_MARGIN * (x.mean(axis=-1, keepdims=True) - x) if movement.shape == "step" else x
+    def rise(x: FloatArray, factor: float) -> FloatArray:
+        if movement.shape == "step":  # contacts at the ends of two bricks lie on both sides of it
+            x = x + STEP_MARGIN * (x.mean(axis=-1, keepdims=True) - x)
+        return movement.profile(x, length, factor)
 
-    along = (lambda x: movement.horizontal_profile(x, length)) if movement.moves_along else None
-    return ground_movement(geometry, lambda x: movement.profile(inside(x), length), along)
+    moves_along = movement.moves_along and movement.proportional
+    along = (lambda x, _: movement.horizontal_profile(x, length)) if moves_along else None
+    return ground_movement(geometry, rise, along, movement.proportional)
 
 
 def _with_slow_strains(scene: Scene, model: Model, shared: WallGeometry) -> Model:
@@ -384,7 +377,7 @@ def _on_jacks(scene: Scene, model: Model, geometry: Geometry, footing: IntArray)
             f"rig.supports: between {supports[0]:g} and {supports[-1]:g} m the footing is one rigid segment, which no "
             "jack bends; put the supports farther apart, or give a footing.segment_length of less than half of that"
         )
-    jacks, span = footing_beam.jacks_model(scene, up), supports[-1] - supports[0]
+    jacks, span = footing_beam.jacks_model(scene, up, deflection), supports[-1] - supports[0]
     return replace(model, span=span, deflection=deflection, jacks=jacks)
 
 
@@ -392,14 +385,12 @@ def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray
     """Model with its footing on soil whose surface moves."""
     length, movement, mound = scene.wall.length, scene.movement, scene.mound
 
-    def along(x: FloatArray, factor: float = 1.0) -> FloatArray:
+    def along(x: FloatArray, factor: float) -> FloatArray:
         kind = movement.kind if factor >= 0.0 else movement.other
         return mound.at(abs(factor)).horizontal(x, length, kind)
 
-    if mound.proportional(length, movement.kind) and not movement.reverses:
-        ground = ground_movement(geometry, scene.ground_rise, along)
-    else:
-        ground = growing_ground(geometry, scene.ground_rise, along, movement.reverses)
+    proportional = mound.proportional(length, movement.kind) and not movement.reverses
+    ground = ground_movement(geometry, scene.ground_rise, along, proportional, movement.reverses)
     deflection = deflection_of(upward(geometry, footing, model.size, top=True), 0.0, length)
     return replace(model, ground=ground, deflection=deflection, surface_movement=mound.surface_movement)
 
@@ -419,13 +410,6 @@ def _joint_materials(scene: Scene) -> list[Joint]:
         scene.heads,
         scene.joint if scene.block.fracture_energy is None else brick_joint(scene.block),
     ]
-
-
-def _concrete(footing: Footing) -> BlockMaterial:
-    """Elastic material of the footing."""
-    return BlockMaterial(
-        elastic_modulus=footing.elastic_modulus, poisson_ratio=footing.poisson_ratio, density=footing.density
-    )
 
 
 def _moved_from_below(scene: Scene, beam: int) -> list[Hold]:
@@ -496,8 +480,7 @@ _ANY_JOINT = Joint(normal_stiffness=1.0, shear_stiffness=1.0, tensile_strength=1
 
 def _jambs(scene: Scene, bricks: list[Brick], geometry: Geometry) -> Jambs:
     """Blocks at the ends of each opening's jambs; the test measured the change in width at the upper ends."""
-    box = np.array([b[:4] for b in bricks])
-    west_edge, bottom, east_edge, top = box.reshape(-1, 4).T
+    west_edge, bottom, east_edge, top = np.array([b[:4] for b in bricks]).reshape(-1, 4).T
     block = np.full((len(scene.opening), 4), -1, dtype=np.int64)
     arm = np.zeros((len(scene.opening), 4, 2))
     for number, hole in enumerate(scene.opening):

@@ -6,7 +6,7 @@ A structure checks types, dimensions and layout of its arrays where Python makes
 from __future__ import annotations
 
 import inspect
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numba import config, types
@@ -58,7 +58,7 @@ class Structure(structref.StructRefProxy):
         cls.make, cls._make_empty = kernel(scope[f"make_{cls.__name__}"]), scope[f"make_empty_{cls.__name__}"]
         cls._make_empty.__module__ = __name__
 
-    def __new__(cls, **values: Any) -> Any:
+    def __new__(cls, **values: Any) -> Self:
         """Check the values, and make the structure."""
         if values.keys() != cls.fields.keys():
             wrong = ", ".join(sorted(values.keys() ^ cls.fields.keys()))

@@ -39,59 +39,14 @@ def least_support_load(model: Model, jack_load: float, sigma: FloatArray) -> flo
 
 
 @dataclass
-class IllinoisRegulaFalsi:
-    """Root of a falling function: regula falsi, Illinois variant (Dowell and Jarratt 1971)."""
-
-    # argument and value of both ends, positive on the left; a second trial in a row on one side halves the other value
-    left: tuple[float, float]
-    right: tuple[float, float]
-    tolerance: float  # value that counts as zero
-    bracket: float  # final length of the bracket
-    _zero: bool = field(init=False)
-    _side: int = 0
-
-    def __post_init__(self) -> None:
-        self._zero = abs(self.right[1]) <= self.tolerance
-
-    @property
-    def converged(self) -> bool:
-        """Whether the root is found."""
-        return self._zero or self.right[0] - self.left[0] < self.bracket
-
-    def next_trial(self) -> float:
-        """Root of the secant."""
-        (a, value_a), (b, value_b) = self.left, self.right
-        return a + value_a / (value_a - value_b) * (b - a)
-
-    def update(self, trial: float, value: float) -> bool:
-        """Narrow the bracket; True if the trial is left of the root."""
-        if value > self.tolerance:
-            if self._side > 0:
-                self.right = self.right[0], 0.5 * self.right[1]
-            self.left, self._side = (trial, value), 1
-            return True
-        if self._side < 0:
-            self.left = self.left[0], 0.5 * self.left[1]
-        self.right, self._side, self._zero = (trial, value), -1, abs(value) <= self.tolerance
-        return False
-
-
-class _UnitsInStep(NamedTuple):
-    """Kelvin units in a step: displacement (m) and stresses (Pa) at its start, and its duration."""
-
-    displacement: Pair
-    stresses: Pair
-    years: float
-
-
-@dataclass
 class LoadPath:
     """Path coordinates of the increments: load factors of the movement, or coordinates of an ``ImposedHistory``."""
 
     coordinates: list[float]  # from dead load on
     imposed: ImposedHistory | None  # ground, strain of bricks and creep of a history
     longest_step: float  # of creep over the relaxation time
-    _units: _UnitsInStep | None = field(default=None, init=False)
+    # Kelvin units in a step: displacement (m) and stresses (Pa) at its start, and its duration
+    _units: tuple[Pair, Pair, float] | None = field(default=None, init=False)
 
     @classmethod
     def of(cls, model: Model, increments: int, longest_step: float) -> LoadPath:
@@ -127,9 +82,9 @@ class LoadPath:
             imposed.creep_between(nothing, nothing, (0.0, 1.0))
             return
         last, before = self._units, imposed.viscous.end or nothing
-        units = before if last is None else imposed.creep.after(last.displacement, last.stresses, stresses, last.years)
+        units = before if last is None else imposed.creep.after(last[0], last[1], stresses, last[2])
         share = (between[1] - between[0]) / (self.coordinates[number] - self.coordinates[number - 1])
-        self._units = _UnitsInStep(units, stresses, share * self._years(number))
+        self._units = units, stresses, share * self._years(number)
         imposed.creep_between(before, Ground(*imposed.creep.ahead(*self._units)), between)
 
     def _years(self, number: int) -> float:
@@ -270,26 +225,27 @@ def _follow_increment(stepper: Stepper[CheckpointT], along: LoadPath, number: in
 def _locate_zero_support_load(
     stepper: Stepper[CheckpointT], start: _Start[CheckpointT], load_factor: float, outcome: Outcome
 ) -> Outcome:
-    """Outcome at the load factor of zero support load between a start and the present state."""
-    loaded, unloaded = start.checkpoint, stepper.checkpoint()
-    search = IllinoisRegulaFalsi(
-        (start.load_factor, start.support_load),
-        (load_factor, stepper.support_load()),
-        tolerance=stepper.bracket.support_load,
-        bracket=stepper.bracket.load_factor,
-    )
+    """Outcome at zero support load, by the Illinois variant of regula falsi (Dowell and Jarratt 1971)."""
+    loaded, unloaded, tolerance = start.checkpoint, stepper.checkpoint(), stepper.bracket.support_load
+    left, load_left = start.load_factor, start.support_load
+    right, load_right = load_factor, stepper.support_load()
+    found, side = abs(load_right) <= tolerance, 0
     for _ in range(MAX_TRIALS):
-        if search.converged:
+        if found or right - left < stepper.bracket.load_factor:
             return outcome
-        load_factor = search.next_trial()
+        trial = left + load_left / (load_left - load_right) * (right - left)
         stepper.restore(loaded)
-        outcome = stepper.step_to(load_factor)
+        outcome = stepper.step_to(trial)
         if not outcome.balanced:
             return outcome
-        if search.update(load_factor, stepper.support_load()):
-            loaded = stepper.checkpoint()
+        load = stepper.support_load()
+        if load > tolerance:
+            load_right *= 0.5 if side > 0 else 1.0  # second trial in a row on one side
+            left, load_left, side, loaded = trial, load, 1, stepper.checkpoint()
         else:
-            unloaded = stepper.checkpoint()
+            load_left *= 0.5 if side < 0 else 1.0
+            right, load_right, side, unloaded = trial, load, -1, stepper.checkpoint()
+            found = abs(load) <= tolerance
     stepper.restore(unloaded)
     return outcome
 

@@ -22,8 +22,8 @@ from damagepred.assembly.half_geometry import MIRRORED, ROUNDING, HalfGeometry, 
 from damagepred.assembly.house import HouseModel
 from damagepred.assembly.mesh import HalfMesh
 from damagepred.assembly.model import BlockLaw, Ground, Jambs, JointProperties, Supports
-from damagepred.assembly.section import Sections, Wires
 from damagepred.errors import SolverError
+from damagepred.kernels.concrete_section.structures import Sections, Wires
 from damagepred.solvers.state.increment import Increment, ZoneResults
 
 GUIDE_SHEAR_RATIO = 1e-15
@@ -108,8 +108,8 @@ def reduce_by_symmetry(model: Model) -> HalfModel | None:
         return None
     kept, jacks = geometry.kept, model.jacks
     if jacks is not None:  # half their force; only the right outer support remains
-        weights = None if jacks.weights is None else _half_weights(geometry, jacks.weights)
-        jacks = jacks._replace(push=0.5 * _half_weights(geometry, jacks.push), ends=jacks.ends[-1:], weights=weights)
+        push, weights = 0.5 * _half_weights(geometry, jacks.push), _half_weights(geometry, jacks.weights)
+        jacks = jacks._replace(push=push, ends=jacks.ends[-1:], weights=weights)
     of_half = {
         "blocks": geometry.blocks,
         "interfaces": geometry.interfaces,

@@ -11,7 +11,7 @@ from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.geometry import convex_polygon, mass_properties, refuse_overlaps, shared_edges
 from damagepred.assembly.interfaces import quadrature
-from damagepred.assembly.mesh import cut_into_zones, mesh_of
+from damagepred.assembly.mesh import division, joined_quads, mesh_of
 from damagepred.errors import InputError
 from damagepred.scene import Joint, Solver
 from tests.assembly import reference
@@ -214,7 +214,7 @@ def test_a_size_that_is_no_length_is_refused(bad: float) -> None:
 
 def test_a_slip_of_the_unit_is_refused_before_it_fills_the_memory() -> None:
     with pytest.raises(InputError, match=r"zone_size = 1e-06 m: would cut one block into \d+ zones"):
-        cut_into_zones(BRICK, 1e-6)
+        joined_quads(*division(BRICK, 1e-6))
     bricks = [BRICK + np.array([0.24 * i, 0.0]) for i in range(9)]
     with pytest.raises(InputError, match="in all"):
         mesh_of(bricks, dict.fromkeys(range(9), 0.00055))
@@ -224,8 +224,8 @@ def test_a_slip_of_the_unit_is_refused_before_it_fills_the_memory() -> None:
 def test_an_edge_that_zones_cannot_tell_from_a_point_is_refused(cut: float, stands: bool) -> None:
     corners = np.array([(cut, 0.0), (0.24, 0.0), (0.24, 0.075), (0.0, 0.075), (0.0, cut)])
     if stands:
-        pattern, _ = cut_into_zones(corners, 0.075)
+        pattern, _ = joined_quads(*division(corners, 0.075))
         assert len(pattern.zones) == 4 * 5 * 4
     else:
         with pytest.raises(InputError, match=r"an edge of 1.41421e-08 m is too short"):
-            cut_into_zones(corners, 0.075)
+            joined_quads(*division(corners, 0.075))

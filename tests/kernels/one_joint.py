@@ -1,19 +1,21 @@
 """Parameters of one joint, for tests that call the joint law itself."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
-from damagepred.kernels.equilibrium.joints import JointArrays
 from damagepred.kernels.joint.parameters import JointParameters, joint_parameters
 
 Strength = tuple[float, float, float]
 
 
-def joint_arrays(model: Model, general: bool | None = True) -> JointArrays:
-    records = model.interface_records
-    contacts = records.edge, records.contact_offset, records.contact_area, records.elastic
-    return JointArrays(*contacts, model.joint_parameters, general, 0.0, model.block_stress)
+class Bounds(NamedTuple):
+    """Fields of ``TrescaBounds``, for laws that tests compile themselves."""
+
+    bound: np.ndarray
+    dilatant_opening: np.ndarray
+    kappa: np.ndarray
 
 
 def one_joint(

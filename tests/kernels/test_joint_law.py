@@ -23,7 +23,7 @@ def contact(
 ):
     """Return (sigma, tau) and the new history."""
     parameters = one_joint(K_N, K_S, strength, residual_strength, psi=psi, brittle=brittle)
-    sigma, tau, *new, kappa = explicit_update(opening, shear, *history, 0.0, parameters, True, None)
+    sigma, tau, *new, kappa = explicit_update(opening, shear, (*history, 0.0), parameters, True, None)
     assert kappa == 0.0
     return (sigma, tau), tuple(new)
 
@@ -138,7 +138,7 @@ F_C, C_SS = 4e6, 9.0
 def capped_contact(opening, shear, history):
     """Return (sigma, tau) and the new history of a joint with a cap."""
     parameters = one_joint(K_N, K_S, (F_T, COHESION, FRICTION), (0.0, 0.0, FRICTION), cap=(F_C, C_SS))
-    sigma, tau, *new, _ = explicit_update(opening, shear, *history, 0.0, parameters, True, None)
+    sigma, tau, *new, _ = explicit_update(opening, shear, (*history, 0.0), parameters, True, None)
     return (sigma, tau), tuple(new)
 
 

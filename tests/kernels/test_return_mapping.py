@@ -19,7 +19,7 @@ from damagepred.kernels.joint.return_mapping import all_plain, is_plain, plain_r
 from damagepred.kernels.joint.softening import Softening
 from damagepred.scene import Solver
 from damagepred.solvers.state.wall_state import JointHistory
-from tests.kernels.one_joint import joint_arrays
+from tests.kernels.one_joint import Bounds
 
 contact_stresses, joint_forces, update_tresca_bounds = (
     kernel(getattr(internal_force, name)) for name in ("contact_stresses", "joint_forces", "update_tresca_bounds")
@@ -105,14 +105,16 @@ def evaluate_tresca(joints, cracked, kappa, bound, e, shear):
     found = np.empty((e.size, 6))
     for i in range(e.size):
         p = joints[i]
-        found[i] = np.array(mapping_of_joints.general_tresca_return(p, cracked[i], kappa[i], bound[i], e[i], shear[i]))
+        found[i] = np.array(
+            mapping_of_joints.tresca_return(p, True, False, cracked[i], kappa[i], bound[i], e[i], shear[i])
+        )
     return found
 
 
 @numba.njit
 def cycle(joints, i, u_n, u_s, slip, dilatant_opening, cracked, kappa):
     p = joints[i]
-    return explicit_update(u_n, u_s, slip, dilatant_opening, cracked, kappa, p, True, Softening(True))
+    return explicit_update(u_n, u_s, (slip, dilatant_opening, cracked, kappa), p, True, Softening(True))
 
 
 @of_parameters
@@ -299,7 +301,7 @@ def moved(model: Model, rng: np.random.Generator) -> np.ndarray:
 
 def stresses_of(model: Model, history: JointHistory, displacement: np.ndarray) -> tuple[np.ndarray, ...]:
     opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
-    contact_stresses(joint_arrays(model), model.ground.at(0.0), history, displacement, opening, sigma, tau)
+    contact_stresses(model.interface_records, True, model.ground.at(0.0), history, displacement, opening, sigma, tau)
     return sigma, tau
 
 
@@ -320,7 +322,8 @@ def test_a_committed_state_stays(feature: str) -> None:
     before = stresses_of(model, history, displacement)
     arguments = (
         everything,
-        joint_arrays(model),
+        model.interface_records,
+        True,
         model.ground.at(0.0),
         history,
         displacement,
@@ -343,12 +346,13 @@ def test_a_committed_state_stays(feature: str) -> None:
 def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live: bool) -> None:
     model, history, displacement = random_wall(feature, 8)
     everything, shape = np.arange(len(model.interfaces.x)), model.interfaces.contact_area.shape
-    tresca = (np.full(shape, NO_LIMIT), history.dilatant_opening.copy(), history.kappa.copy())
-    update_tresca_bounds(everything, joint_arrays(model), model.ground.at(0.0), history, displacement, tresca, 1.0)
+    bounds = Bounds(np.full(shape, NO_LIMIT), history.dilatant_opening.copy(), history.kappa.copy())
+    joints, ground = model.interface_records, model.ground.at(0.0)
+    update_tresca_bounds(everything, joints, True, ground, history, displacement, bounds, 1.0)
 
     def forces(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         force, stiffness = np.zeros(len(at)), np.zeros((shape[0], 9))
-        joint_forces(everything, joint_arrays(model), model.ground.at(0.0), history, tresca, live, at, force, stiffness)
+        joint_forces(everything, joints, True, ground, history, bounds, live, at, force, stiffness)
         return force, stiffness
 
     force, stiffness = forces(displacement)

@@ -31,7 +31,7 @@ def two_states(sections, memory, strain, curvature):
     """Return share, strain and curvature of the cracked state, and the share that follows from the forces."""
     values, limits, depth = law._section(sections, 0, memory), law._limits(sections, 0), sections.depth[0]
     share, strain2, turn2, axial, moment = law._solve_compatibility(
-        values, limits, law._first_cracked_state(sections, 0), strain, curvature * depth
+        values, limits, sections.first_cracked[0], strain, curvature * depth
     )
     return share, strain2, turn2 / depth, law._share(values, limits, axial, moment)[0]
 

@@ -29,7 +29,7 @@ def contact(
     """Return (sigma, tau) and the new history; w_c = None compiles the law without softening."""
     softening = None if w_c is None else Softening(True)
     parameters = one_joint(K_N, K_S, strength, residual_strength, w_c=w_c or 0.0, psi=psi, brittle=brittle)
-    sigma, tau, *new = explicit_update(opening, shear, *history, parameters, True, softening)
+    sigma, tau, *new = explicit_update(opening, shear, history, parameters, True, softening)
     return (sigma, tau), tuple(new)
 
 

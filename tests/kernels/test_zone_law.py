@@ -43,10 +43,10 @@ def parameters(plane, material, nu=NU, dilation=None):
 def _returns(trial, elasticity, strength, stress, strain, code, tangent, elastic):
     for i in range(len(trial)):
         xx, yy, xy, zz = trial[i, 0], trial[i, 1], trial[i, 2], trial[i, 3]
-        s0, s1, s2, s3, e0, e1, e2, e3, code[i] = zone_law.zone_return(xx, yy, xy, zz, elasticity, strength)
+        s0, s1, s2, s3, e0, e1, e2, e3, code[i] = zone_law.zone_return((xx, yy, xy, zz), elasticity, strength)
         stress[i], strain[i] = np.array((s0, s1, s2, s3)), np.array((e0, e1, e2, e3))
-        tangent[i] = np.array(zone_law.zone_tangent(xx, yy, xy, zz, elasticity, strength)).reshape((3, 3))
-        elastic[i] = zone_law.within_yield_surface(xx, yy, xy, zz, strength)
+        tangent[i] = np.array(zone_law.zone_tangent((xx, yy, xy, zz), elasticity, strength)).reshape((3, 3))
+        elastic[i] = zone_law.within_yield_surface((xx, yy, xy, zz), strength)
 
 
 class Returned:

@@ -171,7 +171,7 @@ HELP = command("-m", "damagepred", "--help", says="fragility")
 
 def compile_kernel(folder: Path) -> Ready:
     """One kernel of the quasi-static solver, compiled as all are."""
-    bond_loads = joint_steps(None, None).bond_loads
+    bond_loads = joint_steps(None).bond_loads
     assert bond_loads.__wrapper_address__()  # all that a first compilation loads
 
     def work() -> None:

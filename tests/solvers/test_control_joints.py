@@ -43,7 +43,7 @@ def part_of(whole: Scene, left: float, right: float) -> Model:
     loads = Loads(roof=whole.loads.roof * length / whole.wall.length)
     wall = replace(whole.wall, length=length)
     alone = replace(whole, wall=wall, control_joint=(), loads=loads)
-    ground = ground_movement(wall_geometry(alone), lambda x: whole.movement.profile(x + left, whole.wall.length))
+    ground = ground_movement(wall_geometry(alone), lambda x, _: whole.movement.profile(x + left, whole.wall.length))
     return replace(wall_model(alone), ground=ground)
 
 

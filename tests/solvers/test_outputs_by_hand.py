@@ -162,7 +162,9 @@ def test_forces_of_supports_and_sections_are_those_of_their_contacts() -> None:
     at, load = support_loads(model, sigma)
     np.testing.assert_allclose(at, [0.1, 0.695, 1.15])
     np.testing.assert_allclose(load, [300.0, 900.0, -120.0])
-    jacks = Jacks(np.zeros(model.size), np.array([0.4]), np.array([0.1, 1.15]), 1e-3, 0.0, False, "supports")
+    jacks = Jacks(
+        np.zeros(model.size), np.array([0.4]), np.array([0.1, 1.15]), 1e-3, 0.0, False, "supports", np.zeros(model.size)
+    )
     assert least_support_load(replace(model, jacks=jacks), 77.0, sigma) == pytest.approx(-120.0)
     other = sigma[:, ::-1] * np.where(face.x > 1.0, -4.0, 1.0)[:, None]
     assert least_support_load(replace(model, jacks=jacks), 77.0, other) == pytest.approx(300.0)
@@ -207,7 +209,9 @@ def test_detachment_limit() -> None:
     assert largest_elastic_displacement(model, 0.5) == pytest.approx(dead + 0.5 * live)
     wall.move(2, x=-0.02)
     assert DetachmentLimit.of(wall.build(STIFF)).with_load_factor == pytest.approx(0.04)
-    jacks = Jacks(np.zeros(model.size), np.array([0.4]), np.array([0.0, 1.0]), -0.05, 0.0, False, "")
+    jacks = Jacks(
+        np.zeros(model.size), np.array([0.4]), np.array([0.0, 1.0]), -0.05, 0.0, False, "", np.zeros(model.size)
+    )
     assert DetachmentLimit.of(replace(model, jacks=jacks)).with_load_factor == pytest.approx(0.1)
 
 

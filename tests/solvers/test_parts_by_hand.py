@@ -26,14 +26,14 @@ from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.quasi_static.bond_failures import BondFailures
 from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
-from damagepred.solvers.quasi_static.residual import JackControl
+from damagepred.solvers.quasi_static.external_load import JackControl
 from damagepred.solvers.quasi_static.step_control import next_length
 from damagepred.solvers.state.wall_state import JointHistory
 from damagepred.solvers.state.zone_history import zone_results
 from damagepred.solvers.system.collapse_criterion import largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_energy, section_response_of
-from tests.kernels.one_joint import joint_arrays
+from tests.kernels.one_joint import Bounds
 from tests.solvers.dynamic_scenes import STIFF
 from tests.solvers.test_outputs_by_hand import SOFT
 from tests.verification.test_energy_accounts import DRY, ELASTIC, ONE_STEP, concrete_on_jacks, on_jacks
@@ -100,7 +100,7 @@ def test_pump_and_line_by_static_solutions() -> None:
     assert pump.time_constant == pytest.approx(2.0 * slowness)
 
     for share in (0.25, 0.5):
-        pump.add_dead_load(share)
+        pump.deliver(share * pump.level_volume)
     assert pump.line.state[VOLUME] == pytest.approx(0.75 * pump.level_volume)
     pump.begin_level()
     for progress, more, over in ((0.25, 3e-4, 0.25), (0.75, -5e-4, 0.5)):
@@ -272,16 +272,16 @@ def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: fl
     displacement = np.zeros(model.size)
     displacement[3:9] = [2e-5, -3e-5, 3e-4, 1e-5, -9e-5, 4e-4]
     opening, sigma, tau = (np.zeros((2, 3)) for _ in range(3))
-    joints = joint_arrays(model)
-    kernel(contact_stresses)(joints, still, history, displacement, opening, sigma, tau)
+    joints = model.interface_records
+    kernel(contact_stresses)(joints, True, still, history, displacement, opening, sigma, tau)
     assert (opening[0] > 0.0).tolist().count(True) == 1
     limit = np.vstack((0.05e6 - 0.5 * 2e9 * opening[0], 0.3e6 - 0.8 * 2e9 * opening[1]))
     limit[0, opening[0] > 0.0] = 0.0
     assert (limit[1] > 0.0).all()
     for old, share, expected in ((NO_LIMIT, 0.3, limit), (1e5, 0.3, 1e5 + 0.3 * (limit - 1e5)), (1e5, 1.0, limit)):
-        tresca = (np.full((2, 3), old), np.zeros((2, 3)), np.zeros((2, 3)))
-        kernel(update_tresca_bounds)(listed, joints, still, history, displacement, tresca, share)
-        np.testing.assert_allclose(tresca[0], expected, rtol=1e-9, atol=1e-3)
+        bounds = Bounds(np.full((2, 3), old), np.zeros((2, 3)), np.zeros((2, 3)))
+        kernel(update_tresca_bounds)(listed, joints, True, still, history, displacement, bounds, share)
+        np.testing.assert_allclose(bounds.bound, expected, rtol=1e-9, atol=1e-3)
 
 
 def test_slopes_of_footing_sections_are_those_of_their_forces() -> None:
@@ -292,7 +292,7 @@ def test_slopes_of_footing_sections_are_those_of_their_forces() -> None:
     step = 1e-10 * rng.standard_normal(model.size)
     stiffness, force = np.zeros((len(model.interfaces.kind), 9)), np.zeros(model.size)
     records, values = model.interface_records, np.zeros((count, 6))
-    section_forces(model.sections, memory, records, model.properties, start, force, stiffness, values)
+    section_forces(model.sections, memory, records, start, force, stiffness, values)
     before, after = (section_response_of(model, memory, u) for u in (start - step, start + step))
     slopes = stiffness[model.sections.interface].reshape(count, 3, 3)
     expected = (slopes @ (after - before)[:, :3, None])[..., 0]

@@ -124,7 +124,7 @@ def test_loads_on_blocks_keep_force_and_moment_when_spread() -> None:
     model = cells().build()
     rng, mesh = np.random.default_rng(5), model.mesh
     load = rng.normal(size=3 * model.n_blocks)
-    out = DiscreteSystem.of(model).distribute(load)
+    out = DiscreteSystem.of(model)._load(load, None)
     block, x, y = mesh.gridpoint_block, out[mesh.dof_x], out[mesh.dof_y]
     turning = (mesh.x - model.blocks.x[block]) * y - (mesh.y - model.blocks.y[block]) * x
     for axis, values in enumerate((x, y, turning)):

@@ -266,7 +266,7 @@ def worn_under_tension(joint: Joint, opened: float, sheared: float, steps: int) 
         before, slid = (sigma, tau), history[0]
         for _ in range(3):  # what is left to slide follows in the next cycle
             sigma, tau, *rested = explicit_update(
-                opened * i / steps, sheared * i / steps, *history, parameters, True, Softening(True)
+                opened * i / steps, sheared * i / steps, history, parameters, True, Softening(True)
             )
             history = tuple(rested)
         external += 0.5 * ((before[0] + sigma) * opened + (before[1] + tau) * sheared) / steps

@@ -5,7 +5,7 @@ import pytest
 
 from damagepred import Assembly, Joint
 from damagepred.arrays import BoolArray, FloatArray
-from damagepred.assembly.mesh import cut_into_zones
+from damagepred.assembly.mesh import division, joined_quads
 from damagepred.assembly.points import Where
 from tests.verification import zoned_blocks
 from tests.verification.manual import chapter
@@ -56,7 +56,7 @@ GRADIENT = np.array([[3e-4, 1e-4], [-2.5e-4, -1.2e-4]])
 )
 def test_constant_strain_in_a_block_of_any_shape(verify, solver, shape, size, material, plane) -> None:
     corners = np.array(SHAPES[shape])
-    pattern, points = cut_into_zones(corners - corners.mean(axis=0), size)
+    pattern, points = joined_quads(*division(corners - corners.mean(axis=0), size))
     outline = points[pattern.facets[:, 0]] + corners.mean(axis=0)
     assembly = Assembly(thickness=0.1, gravity=(0.0, 0.0), block=material)
     block = assembly.add_block(corners, zone_size=size)

@@ -2,20 +2,11 @@
 
 from damagepred.kernels.concrete_section.law import commit_section, section_response
 from damagepred.kernels.interface.kinematics import interface_displacement, scatter_interface_force
-from damagepred.kernels.jit import kernel, law
-
-
-@law
-def transverse_stiffness(interfaces, properties, i):
-    """Shear stiffness of an interface of the footing (N/m)."""
-    area = 0.0
-    for k in range(interfaces.contact_area.shape[1]):
-        area += interfaces.contact_area[i, k]
-    return properties.shear_stiffness[i] * area
+from damagepred.kernels.jit import kernel
 
 
 @kernel
-def section_forces(sections, memory, interfaces, properties, displacement, force, stiffness, values):
+def section_forces(sections, memory, interfaces, displacement, force, stiffness, values):
     """Add the internal forces of the sections to ``force``, and fill the tangent of their interfaces.
 
     ``values`` takes opening, shear (m), rotation, axial and shear force (N) and moment (N m) of each section, (s, 6).
@@ -24,7 +15,7 @@ def section_forces(sections, memory, interfaces, properties, displacement, force
         i, h = sections.interface[s], sections.length[s]
         opening, shear, turn = interface_displacement(interfaces.edge[i], interfaces.elastic, displacement, i)
         axial, moment, nn, nm, mn, mm = section_response(sections, s, memory, opening / h, turn / h)
-        ss = transverse_stiffness(interfaces, properties, i)
+        ss = interfaces.properties[i].shear_stiffness * interfaces.contact_area[i].sum()
         transverse = ss * shear
         row = stiffness[i]
         row[0], row[1], row[2] = nn / h, 0.0, nm / h

@@ -88,9 +88,8 @@ def section_response(sections, s, memory, strain, curvature):
         return axial * strain, moment, axial, 0.0, 0.0, slope
     depth = sections.depth[s]
     section, limits = _section(sections, s, memory), _limits(sections, s)
-    share, strain2, turn2, axial, moment = _solve_compatibility(
-        section, limits, _first_cracked_state(sections, s), strain, curvature * depth
-    )
+    first, turn = sections.first_cracked[s], curvature * depth
+    share, strain2, turn2, axial, moment = _solve_compatibility(section, limits, first, strain, turn)
     if share == 0.0:
         k12 = sections.coupled_stiffness[s]
         return axial, moment * depth, sections.axial_stiffness[s], k12, k12, sections.bending_stiffness[s]
@@ -122,9 +121,8 @@ def commit_section(sections, s, memory, strain, curvature):
         memory.cracked[s, face] = max(memory.cracked[s, face], abs(moment))
         return
     section, limits = _section(sections, s, memory), _limits(sections, s)
-    share, strain2, turn2, axial, moment = _solve_compatibility(
-        section, limits, _first_cracked_state(sections, s), strain, curvature * sections.depth[s]
-    )
+    first, turn = sections.first_cracked[s], curvature * sections.depth[s]
+    share, strain2, turn2, axial, moment = _solve_compatibility(section, limits, first, strain, turn)
     if share == 0.0:
         return
     top, bottom, top_crush, bottom_crush = limits
@@ -174,7 +172,7 @@ def _section(sections, s, memory):
 
 @law
 def _limits(sections, s):
-    """Factors on N and M / depth: (concrete, wires) of top and bottom tension, and compression of both."""
+    """Cracking ratios per N and M / depth: top and bottom in tension (concrete, wires), then both in compression."""
     pull, wires, crush = sections.pull, sections.wires_pull, sections.crush
     return (
         (pull[s, TOP, 0], pull[s, TOP, 1], wires[s, TOP, 0], wires[s, TOP, 1]),
@@ -182,13 +180,6 @@ def _limits(sections, s):
         (crush[s, TOP, 0], crush[s, TOP, 1]),
         (crush[s, BOTTOM, 0], crush[s, BOTTOM, 1]),
     )
-
-
-@law
-def _first_cracked_state(sections, s):
-    """Deformation of state II as the section cracks by bending, from above and from below."""
-    first = sections.first_cracked
-    return first[s, TOP, 0], first[s, TOP, 1], first[s, BOTTOM, 0], first[s, BOTTOM, 1]
 
 
 @kernel
@@ -241,7 +232,10 @@ def _branson(sections, s, memory, curvature):
 
 @rule
 def _solve_compatibility(section, limits, first, strain, turn):
-    """Solution (zeta, e2 as strain and turn, N, M / depth) of the compatibility equation; without e2 if zeta = 0."""
+    """Solution (zeta, e2 as strain and turn, N, M / depth) of the compatibility equation; without e2 if zeta = 0.
+
+    ``first`` (2, 2): e2 as the section cracks by bending, from above and from below.
+    """
     axial, moment = section.k11 * strain + section.k12 * turn, section.k12 * strain + section.k22 * turn
     share, by_axial, by_moment = _share(section, limits, axial, moment)
     if share == 0.0:
@@ -251,7 +245,8 @@ def _solve_compatibility(section, limits, first, strain, turn):
     # start from the deformation of the whole section, at first cracking in bending at least from the cracked state
     strain2, turn2 = strain, turn
     if (by_axial != 0.0 or by_moment != 0.0) and abs(strain) < 0.5 * abs(turn):
-        first_strain, first_turn = (first[2], first[3]) if turn > 0.0 else (first[0], first[1])
+        face = BOTTOM if turn > 0.0 else TOP
+        first_strain, first_turn = first[face, 0], first[face, 1]
         if abs(first_turn) > abs(turn):
             strain2, turn2 = first_strain, first_turn
         else:
@@ -335,10 +330,7 @@ def _solve_bracketed(section, limits, strain, turn, scale):
 
 @rule
 def _minimum_energy(section, strain, turn, share, strain2, turn2, tolerance):
-    """Solution (e2, N, M / depth) of (1 - zeta) S(e2) + zeta K e2 = K e for zeta > 0, by Newton with line search.
-
-    K is the stiffness of state I; the equation is the minimum of a convex function of e2.
-    """
+    """Solution (e2, N, M / depth) of (1 - zeta) S(e2) + zeta K e2 = K e for zeta > 0: minimum of a convex function."""
     axial, moment, (t11, t12, t22), gradient1, gradient2 = _energy_gradient(
         section, strain, turn, share, strain2, turn2
     )

@@ -116,8 +116,7 @@ def face_frame(points, i, edges, pose, strains):
 def _detect_contact(bodies, i, neighbours, pose, strains, pressed, sheared, old_x, old_y):
     """Start contact of point i with the edge of least penetration (node-to-segment, Wriggers 2006); False without any.
 
-    From an edge of direction ``old_x``, ``old_y`` that it has just passed, the closing ``pressed`` (m) and the stress
-    ``sheared`` (Pa) continue on an edge of nearly the same direction; 0 for a point that was free.
+    From an edge of direction ``old`` just passed, the closing ``pressed`` (m) and stress ``sheared`` (Pa) go on.
     """
     p = bodies.points[i]
     at_x, at_y, own_x, own_y = face_frame(bodies.points, i, bodies.edges, pose, strains)
@@ -216,9 +215,10 @@ def _return_to_limits(p, joint, pressed, u_n, u_s, special, softening):
     ``pressed`` is the opening that the law gets, see ``contact_forces``. The energies are friction work, softening work
     and released energy.
     """
-    was_cracked, slip, dilatant_opening, kappa = p.cracked != 0.0, p.slip, p.dilatant_opening, p.kappa
+    history = p.slip, p.dilatant_opening, p.cracked != 0.0, p.kappa
+    slip, dilatant_opening, was_cracked, kappa = history
     sigma, tau, p.slip, p.dilatant_opening, cracked, p.kappa = explicit_update(
-        pressed, u_s, slip, dilatant_opening, was_cracked, kappa, joint, special, softening
+        pressed, u_s, history, joint, special, softening
     )
     p.cracked = 1.0 if cracked else 0.0
     mean_sigma, mean_tau = 0.5 * (sigma + p.sigma), 0.5 * (tau + p.tau)
@@ -263,16 +263,14 @@ def _add_force_pair(force, a, b, x, y, moment_a, moment_b):
 
 
 @rule
-def contact_forces(
-    bodies, neighbours, pose, force, strains, special, softening, per_step, pressed_per_step, search, joint_terms
-):
+def contact_forces(bodies, neighbours, motion, special, softening, per_step, pressed_per_step, search, joint_terms):
     """Compute the forces of all contacts on the bodies (penalty contact with the joint law), and commit their history.
 
     The force at the end of a step that passes the kink of the law misses or adds part of the impulse. Within half a
     step's movement w of the kink, the law therefore gets the mean closing over that movement, -(w - u)^2 / (4 w)
     rather than min(u, 0): bouncing blocks then conserve their energy far better.
     """
-    points, edges = bodies.points, bodies.edges
+    points, edges, pose, force, strains = bodies.points, bodies.edges, motion.pose, motion.force, motion.strains
     friction_work, released_energy, fracture_work, damping_work = 0.0, 0.0, 0.0, 0.0
     # consecutive points belong to one joint: sum their forces on its two bodies first
     last_a, last_b = 0, 0
@@ -381,15 +379,12 @@ def _append_if_near(bodies, i, other, pose, strains, low, high, margin, polygon,
 def find_neighbours(
     bodies, x_points, pose, strains, low, high, narrow, start, widest, wide, margin, first, polygon, edge, gap
 ):
-    """Fill the neighbour list (Verlet 1967) of all points with blocks nearer than ``margin``; return its length.
-
-    Narrow blocks are sorted by their left ends for a binary search.
-    """
+    """Fill the neighbour list (Verlet 1967) of all points with blocks nearer than ``margin``; return its length."""
     count = 0
     for i in range(x_points.size):
         first[i] = count
         x = x_points[i]
-        begin = np.searchsorted(start, x - margin - widest)
+        begin = np.searchsorted(start, x - margin - widest)  # narrow blocks are sorted by their left ends
         for s in range(begin, narrow.size):
             if start[s] > x + margin:
                 break

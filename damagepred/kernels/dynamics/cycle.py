@@ -34,7 +34,7 @@ def _move_ground(points, imposed, change):
 
 @kernel
 def run_steps(
-    body_arrays,
+    bodies,
     neighbours,
     motion,
     special,
@@ -57,7 +57,8 @@ def run_steps(
     new contacts.
     """
     local, mass_damping, stiffness_damping, contact_damping = damping
-    points = body_arrays.points
+    per_step, pressed_per_step = stiffness_damping / time_step, contact_damping / time_step
+    points, search, joint_terms = bodies.points, search_distance > 0.0, counts.joint_terms
     k = first
     while k < last:
         advance_bodies(motion, loading, k, time_step, local, mass_damping, counts.body_terms)
@@ -68,44 +69,20 @@ def run_steps(
         if change != 0.0:
             _add_ground_work(points, imposed, change, counts.body_terms)
             _move_ground(points, imposed, change)
-        contact_forces(
-            body_arrays,
-            neighbours,
-            motion.pose,
-            motion.force,
-            motion.strains,
-            special,
-            softening,
-            stiffness_damping / time_step,
-            contact_damping / time_step,
-            search_distance > 0.0,
-            counts.joint_terms,
-        )
+        contact_forces(bodies, neighbours, motion, special, softening, per_step, pressed_per_step, search, joint_terms)
         resist_strains(motion.strains, stiffness_damping, time_step)
         if change != 0.0:
             _add_ground_work(points, imposed, change, counts.body_terms)
         add_boundary_work(motion, time_step, counts.body_terms)
         k += 1
-        if search_distance > 0.0 and not largest_movement(motion, searched_at, body_arrays.radius) <= search_distance:
+        if search and not largest_movement(motion, searched_at, bodies.radius) <= search_distance:
             break
     return k
 
 
 @kernel
-def first_forces(body_arrays, neighbours, motion, special, softening, search, counts):
+def first_forces(bodies, neighbours, motion, special, softening, search, counts):
     """Compute the forces at the start; with ``search`` points may touch blocks that they were not bonded to."""
     motion.force[:] = 0.0
-    contact_forces(
-        body_arrays,
-        neighbours,
-        motion.pose,
-        motion.force,
-        motion.strains,
-        special,
-        softening,
-        0.0,
-        0.0,
-        search,
-        counts.joint_terms,
-    )
+    contact_forces(bodies, neighbours, motion, special, softening, 0.0, 0.0, search, counts.joint_terms)
     resist_strains(motion.strains, 0.0, 0.0)

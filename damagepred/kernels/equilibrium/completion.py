@@ -17,10 +17,9 @@ RATE_STEP = 1e-7
 
 
 class Completed(NamedTuple):
-    """Result of ``complete``, which kernels return as a plain tuple.
+    """Result of ``complete``, which kernels return as a plain tuple."""
 
-    A kernel that returns a named tuple runs Python code to do so: an interrupt there (Ctrl-C) ends the process.
-    """
+    # a kernel that returns a named tuple runs Python code to do so: an interrupt there (Ctrl-C) ends the process
 
     within: bool = False  # whether displacements are below the limit of the state
     sliding: int = 0  # condensed interfaces that leave the elastic range
@@ -42,8 +41,7 @@ def store_tangent(wall, state, support_step, displacement):
         for j in range(9):
             tangent[i, j] = stiffness[i, j]
     rate, moved, prescribed = wall.rate, wall.room[1], wall.freedoms.prescribed
-    for i in range(rate.size):
-        rate[i] = 0.0
+    rate[:] = 0.0
     if listed.size == 0 and not components.blocks.present:
         return
     internal_forces(components, state, state.ground, state.live, listed, True, False, displacement, rate, stiffness)

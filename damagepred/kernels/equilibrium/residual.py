@@ -30,18 +30,6 @@ def missing_deflection(wall, state, displacement):
     return 0.0
 
 
-@law
-def with_constraint(tolerance, ratio, missing, coulomb):
-    """Unbalanced force ratio, or the ratio of a missing deflection at the same tolerance if it is larger.
-
-    A Tresca problem is solved under a given load of the jacks.
-    """
-    if not coulomb:
-        return ratio
-    constraint = abs(missing) / DEFLECTION_TOLERANCE * tolerance
-    return max(ratio, constraint if constraint < np.inf else np.inf)
-
-
 RESIDUAL = types.float64(Wall.kind, State.kind, types.float64, FLOATS, types.boolean, FLOATS)
 
 
@@ -49,8 +37,7 @@ RESIDUAL = types.float64(Wall.kind, State.kind, types.float64, FLOATS, types.boo
 def wall_residual(wall, state, jack, displacement, coulomb, residual):
     """Unbalanced force ratio; fills the residual force on free degrees of freedom and the tangents of the interfaces.
 
-    ``jack`` is the load of each jack (N); ``coulomb`` tells the Coulomb law from the Tresca problem. The motion of
-    facets and the interior of yielding blocks are updated in ``displacement``.
+    ``jack``: load of each jack (N). ``displacement`` gets the motion of facets and the interior of yielding blocks.
     """
     force, push, freedoms, blocks = wall.force, wall.freedoms.push, wall.freedoms, wall.components.blocks
     copy(state.external, force)
@@ -65,7 +52,10 @@ def wall_residual(wall, state, jack, displacement, coulomb, residual):
     ratio = free_residual(force, freedoms.free, freedoms.per_weight, residual)
     if blocks.present:
         ratio = max(ratio, blocks.largest_resultant(blocks.blocks, residual))
-    return with_constraint(wall.tolerance, ratio, missing_deflection(wall, state, displacement), coulomb)
+    if not coulomb:  # a Tresca problem is solved under a given load of the jacks
+        return ratio
+    constraint = abs(missing_deflection(wall, state, displacement)) / DEFLECTION_TOLERANCE * wall.tolerance
+    return max(ratio, constraint if constraint < np.inf else np.inf)
 
 
 @law

@@ -16,8 +16,7 @@ SLOPE_TOLERANCE = 0.3
 def minimise_tresca(steps, wall, state, jack, tolerance, u):
     """Minimum of the potential of a Tresca problem by Newton's method with line search (Wriggers 2006, ch. 10).
 
-    ``u`` is the start and becomes the minimum; returns the load of the jacks (N). The iteration takes at least one step
-    and ends at an unbalanced force ratio, ``tolerance``, or beyond the limit of the state.
+    ``u`` is the start and becomes the minimum, within an unbalanced force ratio; returns the load of the jacks (N).
     """
     room, stiffness = wall.room, wall.stiffness
     trial, step, force = room[1], room[2], room[3]

@@ -7,8 +7,8 @@
 import numpy as np
 from numba import from_dtype, types
 
-from damagepred.kernels.concrete_section.structures import SectionMemory, Sections
-from damagepred.kernels.interface.kinematics import EDGE
+from damagepred.kernels.concrete_section.structures import SECTIONS, SectionMemory
+from damagepred.kernels.interface.kinematics import EDGE, ElasticSides
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.joint.parameters import JOINT_PARAMETERS
 from damagepred.kernels.linear.condensation import Condensation
@@ -23,7 +23,7 @@ from damagepred.kernels.structures import (
     INTEGERS,
     Structure,
 )
-from damagepred.kernels.zone.superelement import BlockLaw
+from damagepred.kernels.zone.structures import BlockLaw
 
 
 class Joints(Structure):
@@ -34,9 +34,8 @@ class Joints(Structure):
     contact_area = FLOAT_ROWS
     """Contacts: place along the interface (m), and area (m2); (m, q)."""
     properties = types.Array(from_dtype(JOINT_PARAMETERS), 1, "C")
-    side_dof = INTEGER_ROWS
-    side_rows = FLOAT_PAIRS
-    """Strains of the elastic blocks on both sides; see ``damagepred.assembly.elastic_blocks.ElasticSides``."""
+    elastic = types.BaseTuple.from_types([INTEGER_ROWS, FLOAT_PAIRS], ElasticSides)
+    """Strains of the elastic blocks on both sides."""
     strain_stiffness = FLOATS
     first_strain = types.int64
     """Stiffness of their strains, and its first degree of freedom."""
@@ -62,10 +61,7 @@ class Ground(Structure):
 
 
 class TrescaBounds(Structure):
-    """Given quantities of the Tresca problem (m, q): shear bound (Pa), dilatant opening and kappa (m).
-
-    ``tresca_fixed_point`` sets their start, ``update_tresca_bounds`` moves them.
-    """
+    """Given quantities of the Tresca problem (m, q): shear bound (Pa), dilatant opening and kappa (m)."""
 
     bound = FLOAT_ROWS
     dilatant_opening = FLOAT_ROWS
@@ -76,7 +72,7 @@ FORCES = types.void(
     Joints.kind, History.kind, Ground.kind, TrescaBounds.kind, INTEGERS, types.boolean, FLOATS, FLOATS, FLOAT_ROWS
 )
 BOND_LOADS = types.float64(Joints.kind, History.kind, Ground.kind, INTEGERS, FLOATS, FLOAT_ROWS)
-SECTION_FORCES = types.void(Sections.kind, SectionMemory.kind, Joints.kind, FLOATS, FLOATS, FLOAT_ROWS, FLOAT_ROWS)
+SECTION_FORCES = types.void(SECTIONS, SectionMemory.kind, Joints.kind, FLOATS, FLOATS, FLOAT_ROWS, FLOAT_ROWS)
 CHECK_ELASTIC = types.float64(Joints.kind, History.kind, Ground.kind, INTEGERS, FLOATS, FLAGS, FLOAT_ROWS)
 
 
@@ -92,7 +88,7 @@ class SectionLaw(Structure):
     """Sections of a footing that cracks, and the function that only walls with them compile; ``empty`` in others."""
 
     present = types.boolean
-    sections = Sections.kind
+    sections = SECTIONS
     values = FLOAT_ROWS
     """Room for deformation and forces of the sections (s, 6)."""
     add_forces = types.FunctionType(SECTION_FORCES)
@@ -198,31 +194,13 @@ class State(Structure):
 
 
 @kernel
-def fill_state(
-    state,
-    slip,
-    dilatant_opening,
-    cracked,
-    kappa,
-    normal,
-    shear,
-    other_normal,
-    other_shear,
-    section_cracks,
-    section_strain,
-    plastic,
-    external,
-    load,
-    live,
-    deflection,
-    limit,
-):
+def fill_state(state, history, ground, other_ground, sections, plastic, external, load, live, deflection, limit):
     """Fill a state, once made, with the arrays of another one: far faster than making structures at each step."""
-    history, sections = state.history, state.sections
-    history.slip, history.dilatant_opening, history.cracked, history.kappa = slip, dilatant_opening, cracked, kappa
-    state.ground.normal, state.ground.shear = normal, shear
-    state.other_ground.normal, state.other_ground.shear = other_normal, other_shear
-    sections.cracked, sections.plastic = section_cracks, section_strain
+    inside = state.history
+    inside.slip, inside.dilatant_opening, inside.cracked, inside.kappa = history
+    state.ground.normal, state.ground.shear = ground
+    state.other_ground.normal, state.other_ground.shear = other_ground
+    state.sections.cracked, state.sections.plastic = sections
     state.plastic, state.external, state.load, state.live = plastic, external, load, live
     state.deflection, state.limit = deflection, limit
 
@@ -231,5 +209,4 @@ def empty_state() -> State:
     """State for ``fill_state``."""
     parts = {"history": History.empty(), "ground": Ground.empty(), "other_ground": Ground.empty()}
     arrays = {"sections": SectionMemory.empty(), "plastic": np.empty((0, 4)), "external": np.empty(0)}
-    made: State = State(**parts, **arrays, **dict.fromkeys(("load", "live", "deflection", "limit"), 0.0))
-    return made
+    return State(**parts, **arrays, **dict.fromkeys(("load", "live", "deflection", "limit"), 0.0))

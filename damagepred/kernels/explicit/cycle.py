@@ -44,8 +44,7 @@ def run_cycles(
 ):
     """Run ``cycles`` cycles while the load factor advances by ``load_factor_step`` in each.
 
-    Joint law of all tiles, sum of forces, sections, zones, jacks, law of motion. ``special``, ``softening``, ``zoned``,
-    ``sections`` and ``pump`` are None in walls without them, and the compiler omits their code.
+    ``special``, ``softening``, ``zoned``, ``sections``, ``pump``: None in walls without; the compiler omits their code.
     """
     force, displacement = motion.force, motion.displacement
     tiles, ground = joints.tiles, joints.ground
@@ -62,44 +61,23 @@ def run_cycles(
             contact_forces(tiles[t], None, special, softening, joints.elastic, load_factor_now)
         for t in range(ground.size):
             contact_forces(tiles[first_ground + t], ground[t], special, softening, joints.elastic, load_factor_now)
-        sum_forces(
-            joints.contributions,
-            joints.first,
-            joints.position,
-            motion.load,
-            load_share,
-            motion.live_load,
-            load_factor_now,
-            force,
-        )
-        sum_strain_forces(joints.elastic, joints.contributions, joints.first, joints.position, displacement, force)
+        sum_forces(joints, motion, load_share, load_factor_now)
+        sum_strain_forces(joints, joints.elastic, displacement, force)
         if sections is not None:
-            section_forces(
-                sections.law,
-                sections.memory,
-                sections.interfaces,
-                sections.properties,
-                displacement,
-                force,
-                sections.stiffness,
-                sections.values,
-            )
+            law, memory, interfaces, stiffness = sections.law, sections.memory, sections.interfaces, sections.stiffness
+            section_forces(law, memory, interfaces, displacement, force, stiffness, sections.values)
             if sections.commit_interval > 0 and (cycle + 1) % sections.commit_interval == 0:
-                commit_sections(sections.law, sections.memory, sections.interfaces, displacement)
-        if zoned is None:
-            if pump is not None:
-                press(pump, displacement, load_factor_now, load_factor_step, force)
-            move(motion, damping, 0, force.size)
-        else:
-            facets, gridpoints = zoned[0].first_dof, 3 * (joints.first.size - 1)
+                commit_sections(law, memory, interfaces, displacement)
+        gridpoints = 3 * (joints.first.size - 1)  # or strains of elastic blocks
+        if zoned is not None:
             for j in range(gridpoints, force.size):
                 force[j] = load_share * motion.load[j] + load_factor_now * motion.live_load[j]
             zone_forces(zoned[1], displacement, force)
             scatter_facet_forces(zoned[0], force)
-            if pump is not None:
-                press(pump, displacement, load_factor_now, load_factor_step, force)
-            # facets follow their gridpoints
-            move(motion, damping, 0, facets)
-            move(motion, damping, gridpoints, force.size)
+        if pump is not None:
+            press(pump, displacement, load_factor_now, load_factor_step, force)
+        # facets follow their gridpoints
+        move(motion, damping, 0, gridpoints if zoned is None else zoned[0].first_dof)
+        move(motion, damping, gridpoints, force.size)
     if zoned is not None:
         place_facets(zoned[0], displacement)

@@ -9,8 +9,10 @@ NEXT = np.uint64(LANES)
 
 
 @law
-def sum_forces(contributions, first, position, load, load_share, live_load, load_factor, force):
+def sum_forces(joints, motion, load_share, load_factor):
     """Sum the residual force of each block: loads and contact forces."""
+    contributions, first, position = joints.contributions, joints.first, joints.position
+    load, live_load, force = motion.load, motion.live_load, motion.force
     for j in range(first.size - 1):
         x = load_share * load[3 * j] + load_factor * live_load[3 * j]
         y = load_share * load[3 * j + 1] + load_factor * live_load[3 * j + 1]
@@ -26,8 +28,9 @@ def sum_forces(contributions, first, position, load, load_share, live_load, load
 
 
 @law
-def sum_strain_forces(elastic, contributions, first, position, displacement, force):
+def sum_strain_forces(joints, elastic, displacement, force):
     """Sum the residual force of strain and curvature of elastic blocks; loads do no work on them."""
+    contributions, first, position = joints.contributions, joints.first, joints.position
     if elastic is not None:
         dof = 3 * (first.size - 1)
         for d in range(elastic.block.size):

@@ -33,13 +33,12 @@ def softened_bond_load(general, parameters, kappa, e, tau, no_strength):
 
 
 @law
-def _load_of_contact(joints, p, plain, cracked, kappa, e, u_s):
+def _load_of_contact(joints, general, p, plain, cracked, kappa, e, u_s):
     """Load of the bond of a contact, 1 at its strength, 0 without bond or where it softens instead of breaking.
 
     ``e`` is the opening less dilatant opening, ``u_s`` the shear less slip (m).
     """
-    general, no_strength, block_stress = joints.general, joints.no_strength, joints.block_stress
-    residual = p.residual_tensile_strength
+    no_strength, block_stress, residual = joints.no_strength, joints.block_stress, p.residual_tensile_strength
     if not plain and p.critical_opening > 0.0:
         breaks = p.brittle_shear and kappa < p.critical_opening
         tau = p.shear_stiffness * u_s
@@ -59,11 +58,11 @@ def _load_of_contact(joints, p, plain, cracked, kappa, e, u_s):
 
 
 @law
-def bond_loads(listed, joints, ground, history, displacement, load):
+def bond_loads(listed, joints, general, ground, history, displacement, load):
     """Fill the load of each bond of listed interfaces, 1 at its strength, 0 without bond; return the largest."""
     edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, general, on_normal, on_shear = joints.elastic, joints.general, ground.normal, ground.shear
+    elastic, on_normal, on_shear = joints.elastic, ground.normal, ground.shear
     first_ground = edges.size - on_normal.shape[0]
     heaviest = 0.0
     for i in listed:
@@ -74,31 +73,19 @@ def bond_loads(listed, joints, ground, history, displacement, load):
             u_n = opening_i + offsets[i, k] * turn_i - ground_at(on_normal, first_ground, i, k)
             u_s = shear_i - slips[i, k] - ground_at(on_shear, first_ground, i, k)
             cracked, kappa, e = cracks[i, k], kappas[i, k], u_n - openings[i, k]
-            load[i, k] = _load_of_contact(joints, p, plain, cracked, kappa, e, u_s)
+            load[i, k] = _load_of_contact(joints, general, p, plain, cracked, kappa, e, u_s)
             heaviest = max(heaviest, load[i, k])
     return heaviest
 
 
 @law
-def _elastic_shear_limit(general, p, sigma):
-    """Shear limit of a contact whose bond has not softened (Pa)."""
-    if general is None:
-        return coulomb_limit(p.cohesion, p.friction, sigma)
-    limit, _ = shear_limit(p, 1.0, sigma, 0.0, 0.0)
-    return limit
-
-
-@law
-def check_elastic(listed, joints, ground, history, displacement, slides, load):
-    """Mark in ``slides`` the listed interfaces that slide, crush, soften or close their gap; fill their bond loads.
-
-    Returns the number of such interfaces and the largest bond load. Condensed interfaces must stay elastic.
-    """
+def check_elastic(listed, joints, general, ground, history, displacement, slides, load):
+    """Mark listed interfaces in ``slides`` that leave the elastic range; fill their bond loads, return the largest."""
     edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, general, on_normal, on_shear = joints.elastic, joints.general, ground.normal, ground.shear
+    elastic, on_normal, on_shear = joints.elastic, ground.normal, ground.shear
     first_ground = edges.size - on_normal.shape[0]
-    count, heaviest = 0, 0.0
+    heaviest = 0.0
     for i in listed:
         p, inelastic = properties[i], False
         opening_i, shear_i, turn_i = interface_displacement(edges[i], elastic, displacement, i)
@@ -107,18 +94,19 @@ def check_elastic(listed, joints, ground, history, displacement, slides, load):
             u_n = opening_i + offsets[i, k] * turn_i - ground_at(on_normal, first_ground, i, k)
             u_s = shear_i - slips[i, k] - ground_at(on_shear, first_ground, i, k)
             cracked, kappa, e = cracks[i, k], kappas[i, k], u_n - openings[i, k]
-            load[i, k] = _load_of_contact(joints, p, plain, cracked, kappa, e, u_s)
+            load[i, k] = _load_of_contact(joints, general, p, plain, cracked, kappa, e, u_s)
             heaviest, sigma = max(heaviest, load[i, k]), p.normal_stiffness * e
             if p.gap > 0.0:
                 inelastic |= sigma < 0.0  # one closed contact is enough
                 continue
-            limit = _elastic_shear_limit(general, p, sigma)
+            limit = coulomb_limit(p.cohesion, p.friction, sigma)
+            if general is not None:
+                limit, _ = shear_limit(p, 1.0, sigma, 0.0, 0.0)
             inelastic |= abs(p.shear_stiffness * u_s) > limit
             inelastic |= sigma < -p.compressive_strength
             inelastic |= p.critical_opening > 0.0 and sigma > p.tensile_strength
         slides[i] = inelastic
-        count += inelastic
-    return count, heaviest
+    return heaviest
 
 
 @law

@@ -36,7 +36,7 @@ def _soften(general, p, cracked, kappa, e, slip, dilatancy):
 
 
 @law
-def commit_joint_history(listed, joints, ground, history, displacement, never_opened, on_ground):
+def commit_joint_history(listed, joints, general, ground, history, displacement, never_opened, on_ground):
     """Update the history of the contacts of listed interfaces to an equilibrium, in place.
 
     Returns work since the last commit: friction, crushing, and tension of bonds that slip softens; then energy from
@@ -45,7 +45,7 @@ def commit_joint_history(listed, joints, ground, history, displacement, never_op
     """
     edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, general, on_normal, on_shear = joints.elastic, joints.general, ground.normal, ground.shear
+    elastic, on_normal, on_shear = joints.elastic, ground.normal, ground.shear
     first_ground = edges.size - on_normal.shape[0]
     friction, crushing, mode_1_dissipation, stored, softened = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in listed:
@@ -84,11 +84,11 @@ def commit_joint_history(listed, joints, ground, history, displacement, never_op
 
 
 @kernel
-def break_in_shear(broken, interfaces, properties, history):
+def break_in_shear(broken, interfaces, history):
     """Set the integrity of softening bonds to 0 where slip breaks them; return their dissipated work (J)."""
     dissipated = 0.0
     for i in range(broken.shape[0]):
-        p = properties[i]
+        p = interfaces.properties[i]
         for k in range(broken.shape[1]):
             if broken[i, k]:
                 if history.cracked[i, k]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from damagepred.kernels.explicit.tiles import LANES
-from damagepred.kernels.interface.kinematics import interface_displacement, midpoint_displacement
+from damagepred.kernels.interface.kinematics import ground_at, interface_displacement, midpoint_displacement
 from damagepred.kernels.jit import kernel, law
 from damagepred.kernels.joint.explicit_update import explicit_update
 from damagepred.kernels.joint.parameters import of_lane
@@ -61,16 +61,9 @@ def contact_forces(tile, ground, special, softening, elastic, load_factor):
                 dilatant_opening = tile.dilatant_opening[k, i]
             if softening is not None:
                 kappa = tile.kappa[k, i]
+            history = tile.slip[k, i], dilatant_opening, tile.cracked[k, i] != 0.0, kappa
             sigma, tau, slip, dilatant_opening, cracked, kappa = explicit_update(
-                u_n,
-                u_s,
-                tile.slip[k, i],
-                dilatant_opening,
-                tile.cracked[k, i] != 0.0,
-                kappa,
-                parameters,
-                special,
-                softening,
+                u_n, u_s, history, parameters, special, softening
             )
             tile.slip[k, i] = slip
             tile.cracked[k, i] = cracked
@@ -98,30 +91,18 @@ def contact_forces(tile, ground, special, softening, elastic, load_factor):
 
 
 @kernel
-def contact_fields(interfaces, properties, ground, state, displacement, opening, shear, sigma, tau):
-    """Fill opening, shear displacement (m), normal and shear stress (Pa) of all contacts."""
+def contact_fields(interfaces, ground, history, displacement, fields):
+    """Fill opening, shear displacement (m), normal and shear stress (Pa) of all contacts, (4, m, q); update history."""
     first_ground = interfaces.edge.size - ground.normal.shape[0]
+    slips, openings, cracks, kappas = history
     for i in range(interfaces.edge.size):
         middle, along, turn = interface_displacement(interfaces.edge[i], interfaces.elastic, displacement, i)
-        parameters = properties[i]
+        parameters = interfaces.properties[i]
         for k in range(interfaces.contact_area.shape[1]):
-            u_n = middle + interfaces.contact_offset[i, k] * turn
-            u_s = along
-            if i >= first_ground:
-                u_n -= ground.normal[i - first_ground, k]
-                u_s -= ground.shear[i - first_ground, k]
-            opening[i, k] = u_n
-            shear[i, k] = u_s
-            sigma[i, k], tau[i, k], slip, dilatant_opening, cracked, kappa = explicit_update(
-                u_n,
-                u_s,
-                state.slip[i, k],
-                state.dilatant_opening[i, k],
-                state.cracked[i, k],
-                state.kappa[i, k],
-                parameters,
-                True,
-                ALL_SHAPES,
+            u_n = middle + interfaces.contact_offset[i, k] * turn - ground_at(ground.normal, first_ground, i, k)
+            u_s = along - ground_at(ground.shear, first_ground, i, k)
+            before = slips[i, k], openings[i, k], cracks[i, k], kappas[i, k]
+            sigma, tau, slips[i, k], openings[i, k], cracks[i, k], kappas[i, k] = explicit_update(
+                u_n, u_s, before, parameters, True, ALL_SHAPES
             )
-            state.slip[i, k], state.dilatant_opening[i, k] = slip, dilatant_opening
-            state.cracked[i, k], state.kappa[i, k] = cracked, kappa
+            fields[0, i, k], fields[1, i, k], fields[2, i, k], fields[3, i, k] = u_n, u_s, sigma, tau

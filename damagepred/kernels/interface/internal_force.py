@@ -1,7 +1,7 @@
 """Internal force and tangent stiffness of interfaces: the joint law integrated over their contacts.
 
-``joints`` are the ``JointArrays`` of a wall, ``history`` and ``ground`` its structures of these names in
-``damagepred.kernels.equilibrium.wall``; i is an interface, k one of its contacts.
+``joints``, ``history``, ``ground`` and ``bounds`` are structures of ``damagepred.kernels.equilibrium.wall``.
+``general`` is None in a wall of plain joints (``is_plain``). i is an interface, k one of its contacts.
 """
 
 from damagepred.kernels.interface.kinematics import ground_at, interface_displacement, scatter_interface_force
@@ -12,17 +12,13 @@ from damagepred.kernels.joint.softening import updated_kappa
 
 
 @law
-def joint_forces(listed, joints, ground, history, tresca, coulomb, displacement, force, stiffness):
-    """Add the internal forces of listed interfaces to ``force``, and fill their tangents D (m, 9).
-
-    ``coulomb``: by the Coulomb law; otherwise by the Tresca problem, whose bounds, dilatant openings and kappas are the
-    arrays of ``tresca``. The history does not change.
-    """
+def joint_forces(listed, joints, general, ground, history, bounds, coulomb, displacement, force, stiffness):
+    """Add the forces of listed interfaces by the Coulomb law or the Tresca problem; fill their tangents D (m, 9)."""
     edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, general, on_normal, on_shear = joints.elastic, joints.general, ground.normal, ground.shear
+    elastic, on_normal, on_shear = joints.elastic, ground.normal, ground.shear
     first_ground = edges.size - on_normal.shape[0]
-    bound, dilatant_opening, kappa = tresca
+    bound, dilatant_opening, kappa = bounds.bound, bounds.dilatant_opening, bounds.kappa
     for i in listed:
         opening_i, shear_i, turn_i = interface_displacement(edges[i], elastic, displacement, i)
         total_n, total_s, total_m = 0.0, 0.0, 0.0
@@ -63,16 +59,13 @@ def joint_forces(listed, joints, ground, history, tresca, coulomb, displacement,
 
 
 @law
-def update_tresca_bounds(listed, joints, ground, history, displacement, tresca, relaxation):
-    """Move shear bounds and dilatant openings of the Tresca problem towards the Coulomb law at a displacement.
-
-    ``relaxation`` is the share of the way; a bound without limit is replaced. Kappas only grow.
-    """
+def update_tresca_bounds(listed, joints, general, ground, history, displacement, bounds, relaxation):
+    """Move bounds and dilatant openings by a share of the way to the Coulomb law at a displacement; kappas grow."""
     edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, general, on_normal, on_shear = joints.elastic, joints.general, ground.normal, ground.shear
+    elastic, on_normal, on_shear = joints.elastic, ground.normal, ground.shear
     first_ground = edges.size - on_normal.shape[0]
-    bound, dilatant_opening, kappa = tresca
+    bound, dilatant_opening, kappa = bounds.bound, bounds.dilatant_opening, bounds.kappa
     for i in listed:
         opening_i, shear_i, turn_i = interface_displacement(edges[i], elastic, displacement, i)
         p = properties[i]
@@ -94,11 +87,11 @@ def update_tresca_bounds(listed, joints, ground, history, displacement, tresca, 
 
 
 @law
-def contact_stresses(joints, ground, history, displacement, opening, sigma, tau):
+def contact_stresses(joints, general, ground, history, displacement, opening, sigma, tau):
     """Fill opening (m), normal and shear stress (Pa) of all contacts."""
     edges, offsets, areas, properties = joints.edge, joints.contact_offset, joints.contact_area, joints.properties
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
-    elastic, general, on_normal, on_shear = joints.elastic, joints.general, ground.normal, ground.shear
+    elastic, on_normal, on_shear = joints.elastic, ground.normal, ground.shear
     first_ground = edges.size - on_normal.shape[0]
     for i in range(edges.size):
         opening_i, shear_i, turn_i = interface_displacement(edges[i], elastic, displacement, i)

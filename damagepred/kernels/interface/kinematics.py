@@ -5,8 +5,11 @@ numbers (opening and shear at its middle, relative rotation). The contacts, its 
 blocks add to the three by their strain and curvature; see ``damagepred.assembly.elastic_blocks``.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.kernels.jit import law
 
 EDGE = np.dtype(
@@ -17,6 +20,15 @@ EDGE = np.dtype(
     ]
 )
 """Record of an interface: its bodies, normal and arms (m)."""
+
+
+class ElasticSides(NamedTuple):
+    """Displacement of the sides of m interfaces by strain and curvature of elastic blocks."""
+
+    dof: IntArray  # (m, 2): degree of freedom of the strain of block a and b, the curvature follows; -1 if rigid
+    # (m, 2, 3, 2): opening and shear at the middle (m), and relative rotation, per unit strain and unit
+    # curvature (1/m)
+    rows: FloatArray
 
 
 @law
@@ -43,10 +55,7 @@ def with_strains(elastic, displacement, i, opening, shear, turn):
 
 @law
 def scatter_to_strains(elastic, i, normal, shear, moment, force):
-    """Add the generalised forces of interface i on strain and curvature of the elastic blocks on its two sides.
-
-    They are minus the transposed ``rows`` of ``with_strains`` times normal force, shear force (N) and moment (N m).
-    """
+    """Add the forces of interface i on the strains of elastic blocks: -``rows``^T times N, S (N) and M (N m)."""
     if elastic is not None:
         for side in range(2):
             dof = elastic.dof[i, side]
@@ -58,10 +67,7 @@ def scatter_to_strains(elastic, i, normal, shear, moment, force):
 
 @law
 def interface_displacement(edge, elastic, displacement, i):
-    """Opening and shear (m) in the middle of interface i, and its relative rotation.
-
-    ``elastic`` has the strains of elastic blocks (``ElasticSides``); it is None in walls of rigid blocks.
-    """
+    """Opening and shear (m) in the middle of interface i, and its relative rotation; ``elastic`` may be None."""
     a, b = 3 * edge.body_a, 3 * edge.body_b
     turn_a, turn_b = displacement[a + 2], displacement[b + 2]
     opening, shear = midpoint_displacement(
@@ -77,10 +83,7 @@ def interface_displacement(edge, elastic, displacement, i):
 
 @law
 def scatter_interface_force(edge, elastic, i, normal, shear, moment, force):
-    """Add the forces of interface i on its two bodies and on the strains of elastic blocks: -B^T (N, S, M).
-
-    Normal force N, shear force S (N) and moment M (N m) about the middle, tension positive.
-    """
+    """Add -B^T (N, S, M) to the bodies and strains of interface i: forces (N), moment (N m), tension positive."""
     n_x, n_y = edge.normal_x, edge.normal_y
     pull_x, pull_y = normal * n_x + shear * n_y, normal * n_y - shear * n_x
     a, b = 3 * edge.body_a, 3 * edge.body_b
@@ -95,8 +98,5 @@ def scatter_interface_force(edge, elastic, i, normal, shear, moment, force):
 
 @law
 def ground_at(displacement, first, i, k):
-    """Displacement of the ground (g, q) under contact k of interface i; 0 for interfaces between blocks.
-
-    Interfaces on the ground are the last g; ``first`` is the number of the first of them.
-    """
+    """Displacement of the ground (g, q) under contact k of interface i; 0 before ``first``, the first on the ground."""
     return displacement[i - first, k] if i >= first else 0.0

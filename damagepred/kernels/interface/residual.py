@@ -9,8 +9,7 @@ from damagepred.kernels.jit import kernel
 def free_residual(force, free, per_weight, residual):
     """Fill the residual force on free degrees of freedom, 0 elsewhere; return its largest ratio, inf if any is NaN."""
     largest, finite = 0.0, True
-    for i in range(residual.size):
-        residual[i] = 0.0
+    residual[:] = 0.0
     for j in range(free.size):
         i = free[j]
         residual[i] = force[i]

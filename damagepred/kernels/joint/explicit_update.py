@@ -38,8 +38,9 @@ APEX_ROUNDING = 1e-6
 
 
 @law
-def explicit_update(opening, shear, slip, dilatant_opening, cracked, kappa, parameters, special, softening):
+def explicit_update(opening, shear, history, parameters, special, softening):
     """Stresses and history (sigma, tau, slip, dilatant_opening, cracked, kappa) of a contact after a cycle."""
+    slip, dilatant_opening, cracked, kappa = history
     # elastic predictor
     p = parameters
     k_n, k_s, psi, brittle_shear = p.normal_stiffness, p.shear_stiffness, 0.0, False

@@ -192,10 +192,7 @@ def mixed_mode_return(parameters, kappa, e, shear, crushing):
 
 @law
 def is_plain(parameters, general):
-    """Whether ``plain_return`` is the law: no dilation, softening, cap, gap, residual tension or brittle shear.
-
-    With ``general`` None all joints are plain, and the compiler omits the other laws.
-    """
+    """Whether ``plain_return`` is the law: no dilation, softening, cap, gap, residual tension or brittle shear."""
     p = parameters
     if general is None:
         return True
@@ -237,43 +234,21 @@ def plain_return(parameters, cracked, e, shear):
 @law
 def coulomb_return(parameters, general, plain, cracked, kappa, e, shear):
     """Return mapping in the Coulomb problem, by ``plain_return`` where the joint is plain."""
-    if general is None:
-        return plain_return(parameters, cracked, e, shear)
-    if plain:
+    if general is None or plain:
         return plain_return(parameters, cracked, e, shear)
     return return_mapping(parameters, cracked, kappa, e, shear)
 
 
 @law
-def plain_tresca_return(parameters, bound, cracked, e, shear):
-    """Stresses and tangent (nn, ns, sn, ss) of a plain joint in the Tresca problem."""
+def tresca_return(parameters, general, plain, cracked, kappa, bound, e, shear):
+    """Stresses and tangent (nn, ns, sn, ss) of a contact in the Tresca problem; damage is constant."""
     k_n, k_s = parameters.normal_stiffness, parameters.shear_stiffness
-    sigma, sigma_e, tau = k_n * e, k_n, k_s * shear
-    if cracked and e > 0.0:
-        sigma, sigma_e = 0.0, 0.0
-    if abs(tau) <= bound:
-        return sigma, tau, sigma_e, 0.0, 0.0, k_s if bound > 0.0 else 0.0
-    return sigma, np.copysign(bound, tau), sigma_e, 0.0, 0.0, 0.0
-
-
-@law
-def general_tresca_return(parameters, cracked, kappa, bound, e, shear):
-    """Stresses and tangent (nn, ns, sn, ss) in the Tresca problem; damage is constant."""
-    softens = cracked or kappa > 0.0
-    sigma, sigma_e, _, _ = normal_law(parameters, softens, kappa, e, False)
-    sigma, sigma_e = cut_off_compression(parameters, sigma, sigma_e)
-    k_s = parameters.shear_stiffness
+    if general is None or plain:
+        sigma, sigma_e = (0.0, 0.0) if cracked and e > 0.0 else (k_n * e, k_n)
+    else:
+        sigma, sigma_e, _, _ = normal_law(parameters, cracked or kappa > 0.0, kappa, e, False)
+        sigma, sigma_e = cut_off_compression(parameters, sigma, sigma_e)
     tau = k_s * shear
     if abs(tau) <= bound:
         return sigma, tau, sigma_e, 0.0, 0.0, k_s if bound > 0.0 else 0.0
     return sigma, np.copysign(bound, tau), sigma_e, 0.0, 0.0, 0.0
-
-
-@law
-def tresca_return(parameters, general, plain, cracked, kappa, bound, e, shear):
-    """Return mapping in the Tresca problem, by ``plain_tresca_return`` where the joint is plain."""
-    if general is None:
-        return plain_tresca_return(parameters, bound, cracked, e, shear)
-    if plain:
-        return plain_tresca_return(parameters, bound, cracked, e, shear)
-    return general_tresca_return(parameters, cracked, kappa, bound, e, shear)

@@ -59,10 +59,7 @@ def subtract_boundary_forces(condensation, displacement, force):
 
 @kernel
 def recover(condensation, displacement, load, live):
-    """Recover the displacements of condensed subtrees from their boundaries, by back substitution.
-
-    ``load`` and ``live`` are the factors of dead and live load.
-    """
+    """Recover the displacements of condensed subtrees at factors of dead and live load, by back substitution."""
     dofs, by_load, substitution = condensation.dofs, condensation.particular, condensation.substitution
     particular, current = condensation.particular_in_state, condensation.current
     for i in range(dofs.size):

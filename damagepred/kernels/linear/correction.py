@@ -91,8 +91,7 @@ def _relative_displacements(correction, tree, changed, solutions):
 def _set_unit_loads(correction, tree, loads, force, between_loads, between_dofs):
     """Fill ``force`` with unit loads: force c at active degree of freedom d is at c between_loads + d between_dofs."""
     dofs, rows, index = tree.dof, tree.strain_displacement, correction.index
-    for at in range(force.size):
-        force[at] = 0.0
+    force[:] = 0.0
     for c in range(loads.size):
         i, j = loads[c] // 3, loads[c] % 3
         for r in range(dofs.shape[1]):
@@ -116,10 +115,7 @@ def _register(correction, loads):
 
 @rule
 def _add_compliance(correction, tree, known_interfaces, known_loads):
-    """Fill the compliance C: of new unit loads in all interfaces with a slot, of earlier loads in new interfaces.
-
-    ``known_interfaces`` and ``known_loads`` are the numbers before the new ones.
-    """
+    """Fill the compliance C of new unit loads and new interfaces, beyond the numbers known before."""
     response, compliance, interface_of_slot = correction.response, correction.compliance, correction.interface_of_slot
     dofs, rows, index = tree.dof, tree.strain_displacement, correction.index
     for c in range(correction.loads):
@@ -138,8 +134,7 @@ def respond(correction, substitution, loads):
     """Compute the responses to new unit loads, give them slots, and extend the compliance."""
     tree, reached = substitution.factors.tree, substitution.rows.reached
     front = tree.interface_front
-    for k in range(reached.size):
-        reached[k] = False
+    reached[:] = False
     for load in loads:
         if front[load // 3] >= 0:
             reached[front[load // 3]] = True
@@ -228,8 +223,7 @@ CORRECT = types.boolean(Correction.kind, Substitution.kind, INTEGERS, FLOAT_ROWS
 def correct(correction, substitution, changed, target, solutions):
     """Correct solutions of the factorised system, in place, by the Woodbury identity (Hager 1989).
 
-    All changed rows must have a response. Returns False if 1 + D C is singular or the solutions violate p = D x: they
-    are then worthless, and ``solve_tangent`` factorises.
+    All changed rows must have a response. Returns False if 1 + D C is singular or the solutions violate p = D x.
     """
     tree, dense = substitution.factors.tree, substitution.factors.dense
     count, same = _stiffness_changes(correction, substitution.factors.stiffness, changed, target)

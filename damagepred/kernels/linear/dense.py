@@ -69,7 +69,7 @@ def _routines() -> dict[str, Routine]:
 
 def dense_workspace(largest: int) -> Dense:
     """Workspace for matrices up to a number of rows and columns."""
-    made: Dense = Dense(
+    return Dense(
         **_routines(),
         integers=np.zeros(8, dtype=np.int32),
         reals=np.zeros(2),
@@ -78,7 +78,6 @@ def dense_workspace(largest: int) -> Dense:
         work=np.zeros(INVERSION_PANEL * largest),
         blocks=np.empty(INVERSION_PANEL * (3 * largest + INVERSION_PANEL)),
     )
-    return made
 
 
 @law
@@ -204,8 +203,7 @@ def invert(dense, size, rows, matrix, symmetric, inverse):
             break
         width = size
     if ratio == 0.0:
-        for i in range(size * size):
-            inverse[i] = np.nan
+        inverse[: size * size] = np.nan
     if symmetric:
         for c in range(size):
             for r in range(c):

@@ -123,8 +123,7 @@ def _assemble_front(factors, k, n):
     """Stiffness of the interfaces and deformable blocks of front k, a matrix of n rows, column by column."""
     tree, matrix, matrices = factors.tree, factors.front, factors.matrices
     first, indices = tree.first_interface, tree.interface_index
-    for j in range(n * n):
-        matrix[j] = 0.0
+    matrix[: n * n] = 0.0
     for i in tree.front_interfaces[first[k] : first[k + 1]]:
         index = indices[i]
         for c in range(index.size):

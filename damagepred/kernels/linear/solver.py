@@ -59,8 +59,7 @@ class Solver(Structure):
 def _list_changed(solver, stiffness):
     """List in ``changed`` the active interfaces whose stiffness differs from the factorised one; set the target.
 
-    ``new`` lists the unit loads of their changed rows that have no response. Returns the numbers of changed interfaces,
-    of changed rows, of new loads, and of changed interfaces without any response.
+    Returns the numbers of changed interfaces, changed rows, rows without response, and interfaces without any.
     """
     count, new, rows, unknown = 0, 0, 0, 0
     changed, listed, target = solver.changed, solver.new, solver.target
@@ -104,8 +103,7 @@ def _mark_outdated(solver, changed):
     """Mark the fronts of changed interfaces, stale ones, and their ancestors; the cost of eliminating them."""
     factors, stale, costs, total = solver.substitution.factors, solver.stale, solver.factorisation_cost, 0.0
     outdated, front, parent = factors.outdated, factors.tree.interface_front, factors.tree.parent
-    for k in range(outdated.size):
-        outdated[k] = stale[k]
+    outdated[:] = stale
     for i in changed:
         if front[i] >= 0:
             outdated[front[i]] = True
@@ -140,8 +138,7 @@ def _factorise(solver, changed):
     _mark_outdated(solver, changed)
     solver.counts[FACTORISATIONS] += 1
     solver.eliminate(factors, changed, solver.target, factors.complements, False)
-    for k in range(stale.size):
-        stale[k] = False
+    stale[:] = False
     solver.must_factorise[0], solver.spent = False, 0.0
 
 
@@ -149,8 +146,7 @@ def _factorise(solver, changed):
 def _solve_all(solver, force, right):
     """Solve with the present factors: copy ``force`` to ``right`` in the order of the fronts, and solve in place."""
     reached, dofs = solver.substitution.rows.reached, solver.active_dofs
-    for k in range(reached.size):
-        reached[k] = True
+    reached[:] = True
     for m in range(force.shape[0]):
         for j in range(dofs.size):
             right[m, j] = force[m, dofs[j]]
@@ -173,8 +169,7 @@ SOLVE_TANGENT = types.void(Solver.kind, FLOAT_ROWS, FLOAT_ROWS, FLOAT_ROWS)
 def solve_tangent(solver, stiffness, force, displacement):
     """Solve the tangent equations for rows of forces; displacements are 0 where prescribed or condensed.
 
-    ``stiffness`` (m, 9): of all interfaces. Where it differs from the factorised stiffness, solutions are
-    corrected, or the fronts of these interfaces and their ancestors are factorised again, whichever costs less.
+    Where ``stiffness`` (m, 9) differs from the factorised one, solutions are corrected or fronts factorised again.
     """
     count, rows, new, unknown = _list_changed(solver, stiffness)
     changed, right = solver.changed[:count], solver.right[: force.shape[0]]
@@ -189,9 +184,8 @@ def solve_tangent(solver, stiffness, force, displacement):
             _factorise(solver, changed)
             _solve_all(solver, force, right)
     dofs = solver.active_dofs
+    displacement[:] = 0.0
     for m in range(force.shape[0]):
-        for i in range(displacement.shape[1]):
-            displacement[m, i] = 0.0
         for j in range(dofs.size):
             displacement[m, dofs[j]] = right[m, j]
 

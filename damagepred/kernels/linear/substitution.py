@@ -64,9 +64,7 @@ def forward(factors, rows, force, particular):
     tree, fronts, reached = factors.tree, rows.fronts, rows.reached
     start, first, parent, row_start = tree.start, tree.first_boundary, tree.parent, rows.row_start
     edges = rows.gathered[: force.shape[0]]
-    for m in range(force.shape[0]):
-        for i in range(force.shape[1]):
-            particular[m, i] = 0.0
+    particular[:] = 0.0
     for f in range(fronts.size - 1, -1, -1):
         k = fronts[f]
         if not reached[k]:
@@ -107,8 +105,7 @@ SOLVE_COLUMNS = types.void(Factors.kind, Rows.kind, types.int64, FLOATS, FLOATS)
 def solve_columns(factors, rows, columns, force, displacement):
     """Forward elimination and back substitution of many right-hand sides, one per column, by products of matrices.
 
-    Right-hand sides are rows by ``columns`` in flat arrays, ``columns`` entries per degree of freedom. Forces, zero on
-    fronts that are not ``reached``, are overwritten.
+    Flat arrays with ``columns`` entries per degree of freedom; forces, zero on fronts not ``reached``, are overwritten.
     """
     tree, dense, fronts, reached, n = factors.tree, factors.dense, rows.fronts, rows.reached, columns
     edges = rows.gathered.reshape(rows.gathered.size)
@@ -119,8 +116,7 @@ def solve_columns(factors, rows, columns, force, displacement):
         size, row, edge = start[k + 1] - start[k], row_start[k], rows.boundary_row[first[k] : first[k + 1]]
         solution = displacement[row * n : (row + size) * n]
         if not reached[k]:
-            for j in range(solution.size):
-                solution[j] = 0.0
+            solution[:] = 0.0
             continue
         inverse = factors.inverses[inverse_start[k] :]
         multiply(dense, True, n, size, size, 1.0, force[row * n :], n, inverse, size, 0.0, solution)

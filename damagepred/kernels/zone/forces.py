@@ -9,62 +9,70 @@ not rounded. A batch is up to eight blocks with zones of the same pattern: one v
 come in cells of four, which share a gridpoint.
 """
 
-import numpy as np
+from typing import NamedTuple
 
+import numpy as np
+from numba import types
+
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.kernels.jit import kernel, law, rule
-from damagepred.kernels.zone.law import seven, within_yield_surface, zone_return
+from damagepred.kernels.structures import FLOATS, INTEGERS
+from damagepred.kernels.zone.law import four, seven, within_yield_surface, zone_return
 
 LANES = 8
 """Blocks in a batch."""
 Y = np.uint64(LANES)
 
 
-def shape_type():
-    """Return the record type of the shape of a cell, four zones round their common gridpoint, in a batch's blocks.
+SHAPE = np.dtype(
+    [
+        ("slopes", "f8", (4, 4, LANES)),
+        ("volume", "f8", (4, LANES)),
+        ("gamma", "f8", (4, LANES)),
+        ("bending", "f8", (4, 6, LANES)),
+    ]
+)
+"""Shape of a cell, four zones round their common gridpoint, in the blocks of a batch.
 
-    ``slopes``: of the shape functions of a zone's second gridpoint along x and y, and of the common one (1/m).
-    ``volume``: area times thickness (m3). ``gamma``: share of each corner's displacement in the hourglass displacement
-    q (1). ``bending``: e_xx, e_yy and g_xy of a zone, each for q in x and in y (1/m).
-    """
-    return np.dtype(
-        [
-            ("slopes", "f8", (4, 4, LANES)),
-            ("volume", "f8", (4, LANES)),
-            ("gamma", "f8", (4, LANES)),
-            ("bending", "f8", (4, 6, LANES)),
-        ]
-    )
-
-
-def memory_type():
-    """Return the record type of the history variables of a cell whose zones can yield.
-
-    ``plastic``: strain e_xx, e_yy, g_xy, e_zz. ``state``: what yields now, 0 nothing, 1 shear, 2 tension, 3 both.
-    """
-    return np.dtype([("plastic", "f8", (4, 4, LANES)), ("state", "f8", (4, LANES))])
-
-
-def work_type():
-    """Return the record type of a cell's work arrays.
-
-    ``displacement_at``, ``force_at``: displacement of, and force on, the four corners and the common gridpoint, x and
-    y. ``hourglass``: hourglass displacement, x and y. ``yields``: 1 where a stress exceeds the yield limit. ``lanes``:
-    8, at run time: the compiler vectorises loops over records, and would unroll them if it knew their length.
-    """
-    return np.dtype(
-        [
-            ("displacement_at", "f8", (5, 2, LANES)),
-            ("force_at", "f8", (5, 2, LANES)),
-            ("hourglass", "f8", (2, LANES)),
-            ("yields", "f8", (4, LANES)),
-            ("lanes", "u8"),
-        ]
-    )
+``slopes``: of the shape functions of a zone's second gridpoint along x and y, and of the common one (1/m). ``volume``:
+area times thickness (m3). ``gamma``: share of each corner's displacement in the hourglass displacement q (1).
+``bending``: e_xx, e_yy and g_xy of a zone, each for q in x and in y (1/m).
+"""
+MEMORY = np.dtype([("plastic", "f8", (4, 4, LANES)), ("state", "f8", (4, LANES))])
+"""History variables of a cell whose zones can yield: plastic strain e_xx, e_yy, g_xy, e_zz; what yields now, 0 nothing,
+1 shear, 2 tension, 3 both."""
+WORK = np.dtype(
+    [
+        ("displacement_at", "f8", (5, 2, LANES)),
+        ("force_at", "f8", (5, 2, LANES)),
+        ("hourglass", "f8", (2, LANES)),
+        ("yields", "f8", (4, LANES)),
+        ("lanes", "u8"),
+    ]
+)
+"""Work arrays of a cell: displacement of, and force on, the four corners and the common gridpoint, x and y; hourglass
+displacement; 1 where a stress exceeds the yield limit. ``lanes``: 8, at run time: the compiler vectorises loops over
+records, and would unroll them if it knew their length."""
+MODULI = np.dtype([("elasticity", "f8", (7, LANES)), ("strength", "f8", (7, LANES))])
+"""Material of a batch; see ``damagepred.kernels.zone.law``."""
 
 
-def moduli_type():
-    """Return the record type of the material of a batch; see ``damagepred.kernels.zone.law``."""
-    return np.dtype([("elasticity", "f8", (7, LANES)), ("strength", "f8", (7, LANES))])
+class Facets(NamedTuple):
+    """Pieces of facets, f of them, for ``place_facets`` and ``scatter_facet_forces``."""
+
+    start_x: IntArray  # (f,) Degrees of freedom of the gridpoints at both ends of the facet
+    start_y: IntArray
+    end_x: IntArray
+    end_y: IntArray
+    start_share: FloatArray  # (f,) Shares of the two in the motion of the piece's middle
+    end_share: FloatArray
+    turn_x: FloatArray  # (f,) Rotation for a unit displacement of the end against the start (1/m)
+    turn_y: FloatArray
+    first_dof: int  # first degree of freedom of the first piece
+
+
+FACETS = types.BaseTuple.from_types([INTEGERS] * 4 + [FLOATS] * 4 + [types.int64], Facets)
+"""Type of ``Facets`` in structures."""
 
 
 @kernel
@@ -159,10 +167,7 @@ def _trial_stress(work, cell, memory, k, moduli, lane):
 
 @law
 def _nodal_forces(cell, k, s_xx, s_yy, s_xy, lane):
-    """Return the internal forces B^T sigma V of zone k (N).
-
-    x, y at its second and at its third gridpoint, and those conjugate to the hourglass displacement.
-    """
+    """Forces B^T sigma V of zone k (N): x, y at its second and third gridpoint, and conjugate to the hourglass."""
     volume, slopes, bent = cell.volume[k, lane], cell.slopes, cell.bending
     s_xx, s_yy, s_xy = volume * s_xx, volume * s_yy, volume * s_xy
     return (
@@ -180,23 +185,16 @@ def _assemble_cell(work, cell, p, q, r, s, lane):
     """Assemble the forces on a cell's gridpoints from the balanced internal forces of its four zones."""
     force_at, gamma = work.force_at, cell.gamma
     x, y = (p[4] + q[4]) + (r[4] + s[4]), (p[5] + q[5]) + (r[5] + s[5])
-    force_at[0, 0, lane], force_at[0, 1, lane] = (
-        p[0] + p[2] - s[0] - gamma[0, lane] * x,
-        p[1] + p[3] - s[1] - gamma[0, lane] * y,
-    )
-    force_at[1, 0, lane], force_at[1, 1, lane] = (
-        q[0] + q[2] - p[0] - gamma[1, lane] * x,
-        q[1] + q[3] - p[1] - gamma[1, lane] * y,
-    )
-    force_at[2, 0, lane], force_at[2, 1, lane] = (
-        r[0] + r[2] - q[0] - gamma[2, lane] * x,
-        r[1] + r[3] - q[1] - gamma[2, lane] * y,
-    )
-    force_at[3, 0, lane], force_at[3, 1, lane] = (
-        s[0] + s[2] - r[0] - gamma[3, lane] * x,
-        s[1] + s[3] - r[1] - gamma[3, lane] * y,
-    )
-    force_at[4, 0, lane], force_at[4, 1, lane] = -((p[2] + q[2]) + (r[2] + s[2])), -((p[3] + q[3]) + (r[3] + s[3]))
+    force_at[0, 0, lane] = p[0] + p[2] - s[0] - gamma[0, lane] * x
+    force_at[0, 1, lane] = p[1] + p[3] - s[1] - gamma[0, lane] * y
+    force_at[1, 0, lane] = q[0] + q[2] - p[0] - gamma[1, lane] * x
+    force_at[1, 1, lane] = q[1] + q[3] - p[1] - gamma[1, lane] * y
+    force_at[2, 0, lane] = r[0] + r[2] - q[0] - gamma[2, lane] * x
+    force_at[2, 1, lane] = r[1] + r[3] - q[1] - gamma[2, lane] * y
+    force_at[3, 0, lane] = s[0] + s[2] - r[0] - gamma[3, lane] * x
+    force_at[3, 1, lane] = s[1] + s[3] - r[1] - gamma[3, lane] * y
+    force_at[4, 0, lane] = -((p[2] + q[2]) + (r[2] + s[2]))
+    force_at[4, 1, lane] = -((p[3] + q[3]) + (r[3] + s[3]))
 
 
 @law
@@ -210,15 +208,11 @@ def _elastic_nodal_forces(work, cell, k, moduli, lane):
 def _elastic_cell(work, cell, moduli):
     """Compute the forces of a cell of elastic zones on its gridpoints."""
     for lane in range(work.lanes):
-        _assemble_cell(
-            work,
-            cell,
-            _elastic_nodal_forces(work, cell, 0, moduli, lane),
-            _elastic_nodal_forces(work, cell, 1, moduli, lane),
-            _elastic_nodal_forces(work, cell, 2, moduli, lane),
-            _elastic_nodal_forces(work, cell, 3, moduli, lane),
-            lane,
-        )
+        p = _elastic_nodal_forces(work, cell, 0, moduli, lane)
+        q = _elastic_nodal_forces(work, cell, 1, moduli, lane)
+        r = _elastic_nodal_forces(work, cell, 2, moduli, lane)
+        s = _elastic_nodal_forces(work, cell, 3, moduli, lane)
+        _assemble_cell(work, cell, p, q, r, s, lane)
 
 
 @law
@@ -228,33 +222,23 @@ def _of_lane(v, lane):
 
 
 @law
-def _exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, strength, lane):
-    """Whether a stress lies outside the yield surface; True for NaN."""
-    return not within_yield_surface(s_xx, s_yy, s_xy, s_zz, _of_lane(strength, lane))
-
-
-@law
 def _trial_nodal_forces(work, cell, memory, k, moduli, lane):
     """Return the internal forces (N) of zone k under its trial stress; mark whether it yields, and reset its state."""
-    s_xx, s_yy, s_xy, s_zz = _trial_stress(work, cell, memory, k, moduli, lane)
-    work.yields[k, lane] = 1.0 if _exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, moduli.strength, lane) else 0.0
+    stress = _trial_stress(work, cell, memory, k, moduli, lane)
+    work.yields[k, lane] = 0.0 if within_yield_surface(stress, _of_lane(moduli.strength, lane)) else 1.0
     memory.state[k, lane] = 0.0
-    return _nodal_forces(cell, k, s_xx, s_yy, s_xy, lane)
+    return _nodal_forces(cell, k, stress[0], stress[1], stress[2], lane)
 
 
 @law
 def trial_cell(work, cell, memory, moduli):
     """Compute the forces of a cell under trial stresses (elastic predictor); return the number of yielding zones."""
     for lane in range(work.lanes):
-        _assemble_cell(
-            work,
-            cell,
-            _trial_nodal_forces(work, cell, memory, 0, moduli, lane),
-            _trial_nodal_forces(work, cell, memory, 1, moduli, lane),
-            _trial_nodal_forces(work, cell, memory, 2, moduli, lane),
-            _trial_nodal_forces(work, cell, memory, 3, moduli, lane),
-            lane,
-        )
+        p = _trial_nodal_forces(work, cell, memory, 0, moduli, lane)
+        q = _trial_nodal_forces(work, cell, memory, 1, moduli, lane)
+        r = _trial_nodal_forces(work, cell, memory, 2, moduli, lane)
+        s = _trial_nodal_forces(work, cell, memory, 3, moduli, lane)
+        _assemble_cell(work, cell, p, q, r, s, lane)
     yields = 0.0
     for k in range(4):
         for lane in range(work.lanes):
@@ -270,21 +254,14 @@ def plastic_correction(work, cell, memory, moduli):
         for lane in range(work.lanes):
             if work.yields[k, lane] == 0.0:
                 continue
-            t_xx, t_yy, t_xy, t_zz = _trial_stress(work, cell, memory, k, moduli, lane)
-            s_xx, s_yy, s_xy, _, p_xx, p_yy, p_xy, p_zz, how = zone_return(
-                t_xx,
-                t_yy,
-                t_xy,
-                t_zz,
-                _of_lane(c, lane),
-                _of_lane(l, lane),
-            )
+            t = _trial_stress(work, cell, memory, k, moduli, lane)
+            s_xx, s_yy, s_xy, _, p_xx, p_yy, p_xy, p_zz, how = zone_return(t, _of_lane(c, lane), _of_lane(l, lane))
             p[k, 0, lane] += p_xx
             p[k, 1, lane] += p_yy
             p[k, 2, lane] += p_xy
             p[k, 3, lane] += p_zz
             memory.state[k, lane] = how
-            x_b, y_b, x_c, y_c, x_q, y_q = _nodal_forces(cell, k, s_xx - t_xx, s_yy - t_yy, s_xy - t_xy, lane)
+            x_b, y_b, x_c, y_c, x_q, y_q = _nodal_forces(cell, k, s_xx - t[0], s_yy - t[1], s_xy - t[2], lane)
             for corner in range(4):
                 force_at[corner, 0, lane] -= cell.gamma[corner, lane] * x_q
                 force_at[corner, 1, lane] -= cell.gamma[corner, lane] * y_q
@@ -343,19 +320,13 @@ def zone_stresses(zones, displacement, stress):
 def find_yielding_zones(stress, strength, block, yields):
     """Find the zones whose stress lies outside the yield surface."""
     for z in range(block.size):
-        limits = seven(strength[block[z]])
-        yields[z] = not within_yield_surface(stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3], limits)
+        yields[z] = not within_yield_surface(four(stress[z]), seven(strength[block[z]]))
 
 
 @kernel
 def return_stresses(stress, elasticity, strength, block):
     """Return stresses to the yield surface in place (Mohr-Coulomb return mapping); no history variable changes."""
     for z in range(block.size):
-        stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3], _, _, _, _, _ = zone_return(
-            stress[z, 0],
-            stress[z, 1],
-            stress[z, 2],
-            stress[z, 3],
-            seven(elasticity[block[z]]),
-            seven(strength[block[z]]),
-        )
+        moduli, limits = seven(elasticity[block[z]]), seven(strength[block[z]])
+        s_xx, s_yy, s_xy, s_zz, _, _, _, _, _ = zone_return(four(stress[z]), moduli, limits)
+        stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3] = s_xx, s_yy, s_xy, s_zz

@@ -89,6 +89,12 @@ def zone_strength(cohesion, friction, dilation, tensile_strength):
 
 
 @law
+def four(stress):
+    """Stress of a zone, an array (4,), as a tuple."""
+    return stress[0], stress[1], stress[2], stress[3]
+
+
+@law
 def seven(values):
     """Elasticity or strength of a zone, an array (7,), as a tuple."""
     return values[0], values[1], values[2], values[3], values[4], values[5], values[6]
@@ -114,8 +120,9 @@ def yield_limit(mean, szz, strength):
 
 
 @law
-def within_yield_surface(sxx, syy, sxy, szz, strength):
-    """Whether a stress is within the Mohr-Coulomb surface and the tension cut-off; False for NaN."""
+def within_yield_surface(stress, strength):
+    """Whether a stress (xx, yy, xy, zz) is within Mohr-Coulomb's surface and the tension cut-off; False for NaN."""
+    sxx, syy, sxy, szz = stress
     mean, half = 0.5 * (sxx + syy), 0.5 * (sxx - syy)
     limit = yield_limit(mean, szz, strength)
     return (limit >= 0.0) & (half * half + sxy * sxy <= limit * limit)
@@ -303,9 +310,10 @@ def _plane_strain_by_rank(s1, s2, szz, nu, strength):
 
 
 @rule
-def zone_return(sxx, syy, sxy, szz, elasticity, strength):
+def zone_return(stress, elasticity, strength):
     """Stress, increment of plastic strain (xx, yy, engineering xy, zz), and code, by Mohr-Coulomb return mapping."""
-    if within_yield_surface(sxx, syy, sxy, szz, strength):
+    sxx, syy, sxy, szz = stress
+    if within_yield_surface(stress, strength):
         return sxx, syy, sxy, szz, 0.0, 0.0, 0.0, 0.0, ELASTIC
     mean, radius, cosine, sine = _circle(sxx, syy, sxy)
     if not (abs(mean) + radius + abs(szz) < LARGEST):
@@ -366,11 +374,11 @@ def _thickness(where, e1, e2, strength):
 
 
 @rule
-def zone_tangent(sxx, syy, sxy, szz, elasticity, strength):
+def zone_tangent(stress, elasticity, strength):
     """Consistent tangent of ``zone_return``, d(s_xx, s_yy, s_xy) / d(e_xx, e_yy, g_xy) (Pa), by rows."""
     # not symmetric unless dilation equals friction; on a kink the tangent of one side
-    c11, c12, c33, c13, czz, nu, _ = elasticity
-    if within_yield_surface(sxx, syy, sxy, szz, strength):
+    (sxx, syy, sxy, szz), (c11, c12, c33, c13, czz, nu, _) = stress, elasticity
+    if within_yield_surface(stress, strength):
         return c11, c12, 0.0, c12, c11, 0.0, 0.0, 0.0, c33
     mean, radius, cosine, sine = _circle(sxx, syy, sxy)
     if not (abs(mean) + radius + abs(szz) < LARGEST):

@@ -7,110 +7,19 @@ A block has n degrees of freedom, the r of its boundary first. Elastic, it is co
 import math
 
 import numpy as np
-from numba import types
 
 from damagepred.kernels.jit import kernel, law, phase, rule
-from damagepred.kernels.linear.solver import Solver
 from damagepred.kernels.linear.substitution import add_row
-from damagepred.kernels.structures import (
-    FLAGS,
-    FLOAT_BLOCKS,
-    FLOAT_ROWS,
-    FLOATS,
-    INTEGER_ROWS,
-    INTEGERS,
-    Structure,
-)
 from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces
-from damagepred.kernels.zone.law import seven, within_yield_surface, zone_return, zone_tangent
-
-
-class BlockShapes(Structure):
-    """Matrices that blocks of one geometry, material and support share."""
-
-    size = INTEGERS
-    boundary = INTEGERS
-    """n and r of each shape."""
-    first_entry = INTEGERS
-    """Where the matrices (n, n) of each shape begin, row by row."""
-    stiffness = FLOATS
-    """Stiffness of all degrees of freedom (N/m)."""
-    condensed = FLOATS
-    """[[S, 0], [R, F]]: Schur complement on the boundary (N/m), recovery matrix, interior flexibility (m/N)."""
-    first_cell = INTEGERS
-    cells = INTEGER_ROWS
-    """Places, among the n, of x and y of the five gridpoints of each cell (c, 10); first cell of each shape."""
-    elasticity = FLOAT_ROWS
-    """Parameters of ``damagepred.kernels.zone.law`` (s, 7)."""
-
-
-class FacetPieces(Structure):
-    """Fields of ``damagepred.solvers.system.deformable_blocks.Facets``."""
-
-    start_x = INTEGERS
-    start_y = INTEGERS
-    end_x = INTEGERS
-    end_y = INTEGERS
-    start_share = FLOATS
-    end_share = FLOATS
-    turn_x = FLOATS
-    turn_y = FLOATS
-    first_dof = types.int64
-
-
-class BlockSums(Structure):
-    """Weighted sums over the gridpoints of each block: three rows of a sparse matrix, for x, y and turning."""
-
-    dof = INTEGERS
-    """Degrees of freedom of the blocks as a whole."""
-    first = INTEGERS
-    column = INTEGERS
-    """Degree of freedom of each entry, and first entry of each row."""
-    motion = FLOATS
-    """Weights in the mean motion."""
-    resultant = FLOATS
-    """Weights in the resultant over the mean block weight (1/N)."""
-
-
-class DeformableBlocks(Structure):
-    """Deformable blocks, d of them, of z zones; loads and interior displacements stand at their degrees of freedom.
-
-    ``Superelements`` (solvers/quasi_static) makes them, and sets ``active`` and ``condensed``; kernels change fields
-    marked with their names, and trial stresses.
-    """
-
-    shapes = BlockShapes.kind
-    facets = FacetPieces.kind
-    sums = BlockSums.kind
-    shape = INTEGERS
-    first_zone = INTEGERS
-    """Shape and first zone of each block."""
-    first_dof = INTEGERS
-    dof = INTEGERS
-    """Degrees of freedom block by block, boundaries first, and first one of each block (d + 1,)."""
-    strength = FLOAT_ROWS
-    """Parameters of ``damagepred.kernels.zone.law`` (d, 7)."""
-    loads = FLOAT_ROWS
-    """Dead and live load (2, size) (N)."""
-    particular = FLOAT_ROWS
-    """Interior displacement under them, boundaries held (2, size) (m)."""
-    inelastic = FLOATS
-    """Inelastic part of the interior displacement in the last solution (size,) (m) (``_correct_block``)."""
-    rows = FLOAT_BLOCKS
-    volume = FLOATS
-    """Strain-displacement matrices (z, 3, 10), and volumes (z,) (m3)."""
-    trial = FLOAT_ROWS
-    spare_trial = FLOAT_ROWS
-    """Trial stresses of the zones of active blocks at the last residual (z, 4) (Pa), and room for those elsewhere."""
-    active = FLAGS
-    """Blocks of which a zone yields, or has yielded."""
-    condensed = FLAGS
-    """Blocks of condensed fronts."""
-    yielding = FLAGS
-    """Blocks of which a zone yields in the last tangents (``update_block_tangents``)."""
-    outdated = FLAGS
-    """Whether there was a residual (``add_block_forces``) since the last tangents: one entry."""
-
+from damagepred.kernels.zone.law import four, seven, within_yield_surface, zone_return, zone_tangent
+from damagepred.kernels.zone.structures import (
+    BLOCK_FORCES,
+    CORRECT_ACTIVE,
+    PLACE_FACETS,
+    RECOVER_BLOCKS,
+    RESULTANT,
+    UPDATE_TANGENTS,
+)
 
 TOLERANCE = 1e-10
 """Residual of the interior of a yielding block, over the largest nodal force of its zones (1)."""
@@ -163,12 +72,12 @@ def _internal_force(blocks, d, plastic, u, trial, force):
     shapes, s = blocks.shapes, blocks.shape[d]
     moduli, limits, largest, yields = seven(shapes.elasticity[s]), seven(blocks.strength[d]), 0.0, False
     first, cells = blocks.first_zone[d], _cells(shapes, s)
-    for i in range(force.size):
-        force[i] = 0.0
+    force[:] = 0.0
     for z in range(4 * cells.shape[0]):
-        dof, rows, t = cells[z // 4], blocks.rows[first + z], trial[first + z]
-        t[0], t[1], t[2], t[3] = _trial_stress(rows, dof, moduli, plastic[first + z], u)
-        s_xx, s_yy, s_xy, _, _, _, _, _, how = zone_return(t[0], t[1], t[2], t[3], moduli, limits)
+        dof, rows, stress = cells[z // 4], blocks.rows[first + z], trial[first + z]
+        t = _trial_stress(rows, dof, moduli, plastic[first + z], u)
+        stress[0], stress[1], stress[2], stress[3] = t
+        s_xx, s_yy, s_xy, _, _, _, _, _, how = zone_return(t, moduli, limits)
         yields |= how != 0
         volume = blocks.volume[first + z]
         for i in range(10):
@@ -188,12 +97,12 @@ def _fill_tangent(blocks, d, trial, tangent):
         for j in range(tangent.shape[0]):
             tangent[i, j] = stiffness[i, j]
     for z in range(4 * cells.shape[0]):
-        t = trial[first + z]
-        if within_yield_surface(t[0], t[1], t[2], t[3], limits):
+        t = four(trial[first + z])
+        if within_yield_surface(t, limits):
             continue
         yields = True
         dof, rows, volume = cells[z // 4], blocks.rows[first + z], blocks.volume[first + z]
-        xx, xy, xs, yx, yy, ys, sx, sy, ss = zone_tangent(t[0], t[1], t[2], t[3], moduli, limits)
+        xx, xy, xs, yx, yy, ys, sx, sy, ss = zone_tangent(t, moduli, limits)
         xx, xy, yx = xx + (RESIDUAL_STIFFNESS - 1.0) * moduli[0], xy - moduli[1], yx - moduli[1]
         yy, ss = yy + (RESIDUAL_STIFFNESS - 1.0) * moduli[0], ss + RESIDUAL_STIFFNESS * moduli[2] - moduli[2]
         for i in range(10):
@@ -257,8 +166,7 @@ def _dot(a, b):
 def _start_interior(blocks, d, load, live, displacement, u, applied, elastic):
     """Fill displacements u (r + i,) of block d, and the load and elastic displacement of its i interior freedoms.
 
-    ``load`` and ``live`` are factors of dead and live load. The interior starts from its elastic solution and the
-    inelastic displacement of the last equilibrium.
+    The interior starts from its elastic solution and the inelastic displacement of the last equilibrium.
     """
     s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
     r, condensed = blocks.shapes.boundary[s], _matrix(blocks.shapes, s, blocks.shapes.condensed)
@@ -302,8 +210,7 @@ def _interior_step(blocks, d, trial, yields, residual, tangent, matrix, step):
 def _correct_block(blocks, d, plastic, load, live, trial, displacement, force):
     """Bring the interior of a yielding block to equilibrium, and correct the elastic forces on its boundary.
 
-    Newton's method with line search on the energy. Changes the interior in ``displacement``, ``trial`` stresses, and
-    ``blocks.inelastic``; forces are NaN where the interior has no equilibrium.
+    Newton's method with line search on the energy; forces are NaN where the interior has no equilibrium.
     """
     s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
     n, r, condensed = dof.size, blocks.shapes.boundary[s], _matrix(blocks.shapes, s, blocks.shapes.condensed)
@@ -346,41 +253,12 @@ def _correct_block(blocks, d, plastic, load, live, trial, displacement, force):
         force[dof[i]] += total if balanced else math.nan
 
 
-PLACE_FACETS = types.void(DeformableBlocks.kind, FLOATS, FLOATS)
-BLOCK_FORCES = types.void(DeformableBlocks.kind, types.boolean, FLOATS, FLOATS)
-CORRECT_ACTIVE = types.void(DeformableBlocks.kind, FLOAT_ROWS, types.float64, types.float64, FLOAT_ROWS, FLOATS, FLOATS)
-RESULTANT = types.float64(DeformableBlocks.kind, FLOATS)
-UPDATE_TANGENTS = types.void(DeformableBlocks.kind, Solver.kind)
-RECOVER_BLOCKS = types.void(DeformableBlocks.kind, types.float64, types.float64, FLOATS)
-
-
-class YieldLaw(Structure):
-    """Functions that only walls compile of which a zone can yield; ``empty`` in other walls."""
-
-    present = types.boolean
-    correct_active = types.FunctionType(CORRECT_ACTIVE)  # correct_active_blocks
-    update_tangents = types.FunctionType(UPDATE_TANGENTS)
-
-
-class BlockLaw(Structure):
-    """Deformable blocks, and the functions that only walls with them compile; ``empty`` in other walls."""
-
-    present = types.boolean
-    blocks = DeformableBlocks.kind
-    place_facets = types.FunctionType(PLACE_FACETS)
-    add_forces = types.FunctionType(BLOCK_FORCES)
-    largest_resultant = types.FunctionType(RESULTANT)
-    yielding = YieldLaw.kind
-    recover = types.FunctionType(RECOVER_BLOCKS)
-
-
 @phase(PLACE_FACETS)
 def place_block_facets(blocks, displacement, force):
     """Compute the motion of the facets from their gridpoints, and set the forces on facets to 0."""
     facets = blocks.facets
     place_facets(facets, displacement)
-    for i in range(facets.first_dof, facets.first_dof + 3 * facets.turn_x.size):
-        force[i] = 0.0
+    force[facets.first_dof : facets.first_dof + 3 * facets.turn_x.size] = 0.0
 
 
 @phase(BLOCK_FORCES)
@@ -395,8 +273,7 @@ def add_block_forces(blocks, condensed_too, displacement, force):
         s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
         r, condensed = shapes.boundary[s], _matrix(shapes, s, shapes.condensed)
         resisting = product[:r]
-        for i in range(r):
-            resisting[i] = 0.0
+        resisting[:] = 0.0
         for j in range(r):
             add_row(displacement[dof[j]], condensed[j, :r], resisting)  # symmetric: row by row
         for i in range(r):
@@ -459,10 +336,7 @@ def _condense_tangent(blocks, d, tangents):
 
 @phase(UPDATE_TANGENTS)
 def update_block_tangents(blocks, solver):
-    """Condense the tangents of active blocks as of the last residual, and mark the fronts that change as stale.
-
-    The next solution eliminates these fronts again.
-    """
+    """Condense the tangents of active blocks at the last residual; the next solution eliminates their fronts again."""
     if not blocks.outdated[0]:
         return
     factors, yielding = solver.substitution.factors, blocks.yielding
@@ -475,8 +349,7 @@ def update_block_tangents(blocks, solver):
             if before or yielding[d]:
                 solver.stale[front[d]] = True
                 solver.must_factorise[0] = True
-    for k in range(factors.yields.size):
-        factors.yields[k] = False
+    factors.yields[:] = False
     for d in range(yielding.size):
         factors.yields[front[d]] |= yielding[d]
 
@@ -513,9 +386,7 @@ def trial_stresses(blocks, plastic, displacement, stress):
     for d in range(blocks.shape.size):
         s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
         moduli, first, cells = seven(blocks.shapes.elasticity[s]), blocks.first_zone[d], _cells(blocks.shapes, s)
-        u = np.empty(dof.size)
-        for i in range(dof.size):
-            u[i] = displacement[dof[i]]
+        u = displacement[dof]
         for k in range(4 * cells.shape[0]):
             z = first + k
             t = _trial_stress(blocks.rows[z], cells[k // 4], moduli, plastic[z], u)
@@ -531,13 +402,11 @@ def commit_plastic_strain(blocks, displacement, plastic, state):
             continue
         s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
         moduli, limits = seven(blocks.shapes.elasticity[s]), seven(blocks.strength[d])
-        first, cells, u = blocks.first_zone[d], _cells(blocks.shapes, s), np.empty(dof.size)
-        for i in range(dof.size):
-            u[i] = displacement[dof[i]]
+        first, cells, u = blocks.first_zone[d], _cells(blocks.shapes, s), displacement[dof]
         for k in range(4 * cells.shape[0]):
             z = first + k
             t = _trial_stress(blocks.rows[z], cells[k // 4], moduli, plastic[z], u)
-            s_xx, s_yy, s_xy, s_zz, p_xx, p_yy, p_xy, p_zz, how = zone_return(t[0], t[1], t[2], t[3], moduli, limits)
+            s_xx, s_yy, s_xy, s_zz, p_xx, p_yy, p_xy, p_zz, how = zone_return(t, moduli, limits)
             state[z] = how
             if how != 0:
                 plastic[z, 0] += p_xx

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
 from damagepred.kernels.dynamics.contact import BONDED, EDGE, FREE, POINT
@@ -29,6 +29,9 @@ GAUSS_POINT = 12.0**-0.5
 """Distance of both Gauss points from the middle of a cell of length 1."""
 GROUND_REACH = 1e9
 """Length of the ground to either side (m)."""
+
+
+BondedEdges = tuple[IntArray, IntArray]
 
 
 class BodyArrays(NamedTuple):
@@ -83,7 +86,7 @@ def _edges(model: Model, origin: FloatArray, centre: FloatArray) -> tuple[NDArra
         if i == 0:
             ground["low"][i], ground["length"][i] = -GROUND_REACH, GROUND_REACH
             continue
-        on = _on_ground(model) & (face.y == level)
+        on = model.on_ground & (face.y == level)
         x_low, x_high = (face.x - face.length / 2)[on].min(), (face.x + face.length / 2)[on].max()
         ground["x"][i], ground["length"][i] = x_low - origin[0], x_high - x_low
     first = np.searchsorted(of_blocks["polygon"], np.arange(n + 1))
@@ -92,23 +95,13 @@ def _edges(model: Model, origin: FloatArray, centre: FloatArray) -> tuple[NDArra
     return np.concatenate((of_blocks, ground)), first.astype(np.int64)
 
 
-def _on_ground(model: Model) -> BoolArray:
-    return np.asarray(model.interfaces.block_a == model.n_blocks)
-
-
 def _ground_levels(model: Model) -> list[float]:
     """Levels at which blocks rest on the ground (m), the lowest first."""
-    return sorted(set(model.interfaces.y[_on_ground(model)].tolist()))
+    return sorted(set(model.interfaces.y[model.on_ground].tolist()))
 
 
-class _BondedEdges(NamedTuple):
-    """Edges of blocks a and b on which each interface lies."""
-
-    a: IntArray
-    b: IntArray
-
-
-def _bonded_edges(model: Model, edges: NDArray[Any], first_edge: IntArray) -> _BondedEdges:
+def _bonded_edges(model: Model, edges: NDArray[Any], first_edge: IntArray) -> BondedEdges:
+    """Edges of block a and of block b on which each interface lies."""
     face, n = model.interfaces, model.n_blocks
     levels = _ground_levels(model)
     first_ground = int(first_edge[n])
@@ -127,10 +120,11 @@ def _bonded_edges(model: Model, edges: NDArray[Any], first_edge: IntArray) -> _B
         return int(first_edge[block] + miss.argmin())
 
     blocks = ((face.block_a, 1.0), (face.block_b, -1.0))
-    return _BondedEdges(*(np.array([find(int(n_), i, sign) for i, n_ in enumerate(b)], np.int64) for b, sign in blocks))
+    on_a, on_b = (np.array([find(int(n_), i, sign) for i, n_ in enumerate(b)], np.int64) for b, sign in blocks)
+    return on_a, on_b
 
 
-def _joint_points(model: Model, edges: NDArray[Any], home: _BondedEdges, centre: FloatArray) -> NDArray[Any]:
+def _joint_points(model: Model, edges: NDArray[Any], home: BondedEdges, centre: FloatArray) -> NDArray[Any]:
     face = model.interfaces
     m, q = face.contact_area.shape
     points = np.zeros((m, 2, q), dtype=POINT)
@@ -138,7 +132,7 @@ def _joint_points(model: Model, edges: NDArray[Any], home: _BondedEdges, centre:
     y = face.y[:, None] - face.normal_x[:, None] * face.contact_offset
     body_a, body_b = face.block_a, face.block_b
     for side, (body, other, edge, target) in enumerate(
-        ((body_b, body_a, home.b, home.a), (body_a, body_b, home.a, home.b))
+        ((body_b, body_a, home[1], home[0]), (body_a, body_b, home[0], home[1]))
     ):
         p = points[:, side]
         p["body"], p["own_edge"], p["target"] = body[:, None], edge[:, None], target[:, None]
@@ -158,7 +152,7 @@ def _joint_points(model: Model, edges: NDArray[Any], home: _BondedEdges, centre:
 
 
 def _free_points(
-    model: Model, edges: NDArray[Any], first_edge: IntArray, home: _BondedEdges, centre: FloatArray
+    model: Model, edges: NDArray[Any], first_edge: IntArray, home: BondedEdges, centre: FloatArray
 ) -> NDArray[Any]:
     """Points on the parts of faces without a joint, corners included."""
     law = _default_law(model)
@@ -187,12 +181,12 @@ def _free_points(
 
 
 def _free_stretches(
-    model: Model, edges: NDArray[Any], home: _BondedEdges, centre: FloatArray
+    model: Model, edges: NDArray[Any], home: BondedEdges, centre: FloatArray
 ) -> list[tuple[int, float, float]]:
     """Edge, start and end (m along it) of the parts of faces without a joint."""
     face, n = model.interfaces, model.n_blocks
     covered: dict[int, list[tuple[float, float]]] = {}
-    for block, on in ((face.block_a, home.a), (face.block_b, home.b)):
+    for block, on in ((face.block_a, home[0]), (face.block_b, home[1])):
         is_block = block < n
         e = edges[on[is_block]]
         start = centre[e["body"]] + np.column_stack((e["x"], e["y"]))

@@ -132,10 +132,8 @@ def _stiffness_rows(
 
 
 def contact_damping(model: Model, settings: Dynamics) -> float:
-    """Damping stress of pressed contacts over the rate of their elastic stress (s): 2 zeta / omega.
-
-    omega = sqrt(k_n A / m) is the lowest frequency of a block that bounces on a joint, m the mass of the lighter block.
-    """
+    """Damping stress of pressed contacts over the rate of their elastic stress (s): 2 zeta / omega."""
+    # omega = sqrt(k_n A / m): lowest frequency of a block that bounces on a joint, m the mass of the lighter block
     if settings.contact_damping == 0.0:
         return 0.0
     face = model.interfaces

@@ -53,10 +53,7 @@ class Pump:
 
     def __init__(self, model: Model) -> None:
         assert model.jacks is not None
-        self.jacks, weights = model.jacks, model.deflection if model.jacks.weights is None else model.jacks.weights
-        assert weights is not None
-        self.weights = weights
-        push = self.jacks.push
+        self.jacks, push, self.weights = model.jacks, model.jacks.push, model.jacks.weights
         system = DiscreteSystem.of(model)
         solved = system.elastic_solutions(system.dead_load, push, self.weights)
         if solved is None:
@@ -75,7 +72,7 @@ class Pump:
         self.volume_per_deflection = 1.0 / float(self.weights @ self._by_volume)
         self.level_volume = float(push @ self.level) + self.level_load / self.stiffness
         dofs = np.flatnonzero((push != 0.0) | (self.weights != 0.0))
-        goal = 0.0 if self.jacks.by_load else self.jacks.deflection
+        goal = self.jacks.goal
         self.line = PumpLine(
             dof=dofs,
             push=push[dofs],
@@ -153,10 +150,6 @@ class Pump:
     def deliver(self, volume: float) -> None:
         """Add volume (m)."""
         self.line.state[VOLUME] += volume
-
-    def add_dead_load(self, share: float) -> None:
-        """Add the compression of the line by a share of the dead load on a level wall."""
-        self.line.state[VOLUME] += share * self.level_volume
 
     def extrapolate_volume(self, coordinate: float) -> None:
         """Extrapolate the volume per load factor from the states at rest at the last call and at this one."""

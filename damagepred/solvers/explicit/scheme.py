@@ -197,7 +197,7 @@ class DampedTimeStepping:
             load_factor = load_factor_from + reached * (load_factor_to - load_factor_from)
             load = load_from + reached * (load_to - load_from)
             if self.pump is not None:
-                self.pump.add_dead_load(load - self.load_share)
+                self.pump.deliver((load - self.load_share) * self.pump.level_volume)  # compression of the line
             self._cycle(count, load, self.load_factor, (load_factor - self.load_factor) / count)
             if self.cycles - since >= DRIFT_CYCLES:
                 moved = self.motion.displacement - before

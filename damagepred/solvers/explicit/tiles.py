@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
-from damagepred.assembly.model import Ground, GroundMovement, InterfaceRecords, JointProperties
-from damagepred.assembly.section import SectionMemory, Sections
+from damagepred.assembly.model import Ground, GroundMovement, InterfaceRecords
+from damagepred.assembly.section import SectionMemory
+from damagepred.kernels.concrete_section.structures import Sections
 from damagepred.kernels.explicit.tiles import LANES, aligned_zeros, ground_type, tile_type
 from damagepred.kernels.joint.parameters import JointParameters
 from damagepred.kernels.joint.softening import Softening
@@ -44,7 +45,6 @@ class PackedSections(NamedTuple):
     law: Sections
     memory: SectionMemory
     interfaces: InterfaceRecords
-    properties: JointProperties
     stiffness: FloatArray  # (m, 9) work space
     values: FloatArray  # (s, 6) work space
     commit_interval: int  # cycles between two commits of the history variables; 0: no commits
@@ -54,14 +54,11 @@ def pack_sections(model: Model, commit_interval: int) -> PackedSections | None:
     """Cracking sections of a footing before any load; None without reinforced concrete."""
     if model.sections is None:
         return None
-    memory = SectionMemory.at_first(model.sections)
-    room = np.zeros((len(model.interfaces.kind), 9))
     return PackedSections(
         law=model.sections,
-        memory=memory,
+        memory=SectionMemory.at_first(model.sections),
         interfaces=model.interface_records,
-        properties=model.properties,
-        stiffness=room,
+        stiffness=np.zeros((len(model.interfaces.kind), 9)),
         values=np.zeros((len(model.sections.interface), 6)),
         commit_interval=commit_interval,
     )

@@ -14,6 +14,7 @@
    Otherwise ``commit`` updates history, ``bond_failures`` and ``energy_balance``, unless the energy error is too large.
 5. ``_redistribute_failures`` fails overloaded bonds at constant load, and repeats 2 to 4 until all others hold.
 
-``residual``: the wall as structures for kernels, and its forces. ``linear_system``: tangent equations, by
-``elimination_tree`` and ``dissection``, and static condensation. ``superelements``: deformable blocks.
+``residual``: the wall as structures for kernels (``components``, ``external_load``), and its forces.
+``linear_system``: tangent equations, by ``elimination_tree``, and static condensation. ``superelements``: deformable
+blocks.
 """

@@ -26,9 +26,9 @@ class BondFailures:
     def __init__(self, model: Model, history: JointHistory) -> None:
         law = model.properties
         weak = self.weak = (law.tensile_strength < model.block_stress) & ~law.brittle_shear
-        # contacts (m, q) with a bond at the start, contacts without one that have not opened, load factors at failure
+        # contacts (m, q) that began with a bond; contacts that began without one and have stayed closed
         self.bonded, self.never_opened = ~history.cracked, history.cracked.copy()
-        self.broken_at = np.full(history.cracked.shape, np.nan)  # NaN for bonds that hold
+        self.broken_at = np.full(history.cracked.shape, np.nan)  # load factor at failure, NaN for bonds that hold
         has_bond = self.bonded.any(axis=1)
         self.any_weak, self.all_weak = bool(weak.any()), bool(has_bond.any() and weak[has_bond].all())
         self.event_overload = np.where(weak[:, None], WEAK_BOND_OVERLOAD, EVENT_TOLERANCE)
@@ -47,7 +47,7 @@ class BondFailures:
         self.depend_on_stress = self.fail_in_shear or bool(self._dilates.any())
 
     def __copy__(self) -> BondFailures:
-        """Copy whose masks change independently; ``broken_at`` is replaced, never changed."""
+        """Copy with its own ``never_opened``; ``broken_at`` is replaced as a whole when bonds fail."""
         other = object.__new__(BondFailures)
         other.__dict__.update(self.__dict__, never_opened=self.never_opened.copy())
         return other
@@ -66,7 +66,7 @@ class BondFailures:
         """End dilatancy of broken bonds that open, and the integrity of bonds broken by slip; dissipated work (J)."""
         history.kappa[broken & self._dilates & (sigma > 0.0)] = np.inf  # open: no more dilatancy
         sheared = broken & self._fails_in_shear
-        return float(break_in_shear(sheared, model.interface_records, model.joint_parameters, history))
+        return float(break_in_shear(sheared, model.interface_records, history))
 
     def damage(self, history: JointHistory) -> float:
         """Softened joints (1): sum of the shares of the critical opening that they have reached."""

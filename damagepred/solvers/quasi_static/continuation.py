@@ -29,7 +29,6 @@ from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, Methods
 from damagepred.solvers.quasi_static.step_control import MAX_HALVINGS, Point, StepControl, next_length
 from damagepred.solvers.state.wall_state import JointHistory, State, without_bond
-from damagepred.solvers.system.footing_forces import set_linear_stresses
 from damagepred.solvers.system.loading_stages import unilateral_supports
 
 FIRST_STEP = 0.005
@@ -112,17 +111,14 @@ class Continuation:
     @property
     def counters(self) -> Counters:
         """Accumulated work."""
-        equilibrium, equations = self.equilibrium, self.equilibrium.equations
-        return Counters(self.events, equilibrium.newton_iterations, equations.factorisations, equations.corrections)
+        equations = self.equilibrium.equations
+        return Counters(self.events, equations.iterations, equations.factorisations, equations.corrections)
 
     # -- bonds and history -------------------------------------------------------------------------------------------
 
     def fail_bonds(self, state: State, heaviest: float) -> IntArray:
-        """Fail the most loaded bonds of a state, of load ``heaviest``; their fronts become active.
-
-        Returns the bonds, as flat indices, that lost the residual strength of a crack. A bond that softens in tension
-        fails only if its shear is brittle: then slip breaks all of it.
-        """
+        """Fail the most loaded bonds of a state; return the flat indices of bonds that lost their residual strength."""
+        # a bond that softens in tension fails only if its shear is brittle: then slip breaks all of it
         bonds, equilibrium, cracked = self.bonds, self.equilibrium, state.history.cracked.ravel()
         broken = bonds.fail_together(equilibrium.bond_load, heaviest, cracked)
         failed = np.flatnonzero(broken)
@@ -130,7 +126,7 @@ class Continuation:
             equilibrium.uncondense_interfaces(failed // broken.shape[1])
         again = failed[cracked[failed]]
         if bonds.depend_on_stress:
-            _, sigma, _ = self.stresses(state)
+            _, sigma, _ = self.equilibrium.contact_stresses(state)
             work = bonds.wear(self.model, broken, sigma, state.history)
             self.balance.add_mode_1_dissipation(work)
         state.history.kappa.ravel()[again], cracked[failed] = np.inf, True
@@ -330,10 +326,11 @@ class Continuation:
             overloaded = heaviest > 1.0 + OVERLOAD_TOLERANCE
             if overloaded:
                 parted_again[self.fail_bonds(state, heaviest)] = True
-            # cracked joints whose trial stress is within their residual strength
-            closed = self.bonds.can_reclose and self.bonds.reclose(
-                state.history, self.stresses(state)[0], except_for=parted_again.reshape(state.history.slip.shape)
-            )
+            closed = False
+            if self.bonds.can_reclose:  # cracked joints whose trial stress is within their residual strength
+                opening, _, _ = self.equilibrium.contact_stresses(state)
+                parted = parted_again.reshape(opening.shape)
+                closed = self.bonds.reclose(state.history, opening, except_for=parted)
             if not (closed or overloaded):
                 return state, ratio
             trial = state.at(state.load, state.load_factor, plain=self.equilibrium.plain)
@@ -346,19 +343,11 @@ class Continuation:
             state = trial
             self.commit(state, unstable=True, snapped=snapped)
 
-    def stresses(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q)."""
-        model = self.model
-        opening, sigma, tau = self.equilibrium.contact_stresses(state)
-        if model.sections is not None:
-            set_linear_stresses(model, self.equilibrium.section_response(state), sigma, tau)
-        return opening, sigma, tau
-
     def control_load(self) -> None:
         """Prescribe the load of the jacks instead of the deflection, from the level state on."""
-        jacks, known = self.equilibrium.jacks, self.model.jacks
-        if jacks is not None and known is not None and known.by_load:
-            jacks.level_load, jacks.load = self.state.jack, known.load
+        jacks, given = self.equilibrium.jacks, self.model.jacks
+        if jacks is not None and given is not None and given.by_load:
+            jacks.level_load = self.state.jack
             self.equilibrium.find(self.state)  # for its tangent
 
     def checkpoint(self) -> Checkpoint:

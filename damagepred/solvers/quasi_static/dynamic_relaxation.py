@@ -213,7 +213,8 @@ def snap_through(wall: Equilibrium, state: State, start_load_factor: float, cycl
         if ratio < wall.tolerance:
             resting.displacement[:] = found
             return Rest(resting, ratio)
-        if abs(wall.missing_deflection(resting, found)) > FALLBACK_DEFLECTION_TOLERANCE:
+        missing = 0.0 if wall.jacks is None else wall.jacks.missing_deflection(resting.load_factor, found)
+        if abs(missing) > FALLBACK_DEFLECTION_TOLERANCE:
             # stick-slip does not excuse a missing deflection
             ratio = max(ratio, FALLBACK_RESIDUAL_TOLERANCE)
         if ratio < least:

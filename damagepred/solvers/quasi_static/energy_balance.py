@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,22 +16,6 @@ from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_energy
-
-
-class _Point(NamedTuple):
-    """The last equilibrium: loads, displacements, ground, and the forces that did work up to it."""
-
-    load: float
-    load_factor: float
-    displacement: FloatArray
-    jack: float
-    ground: Ground
-    on_ground: Ground
-    reaction: float
-
-    @classmethod
-    def of(cls, state: State, ground: Ground, on_ground: Ground, reaction: float) -> _Point:
-        return cls(state.load, state.load_factor, state.displacement.copy(), state.jack, ground, on_ground, reaction)
 
 
 @dataclass
@@ -77,11 +60,15 @@ class EnergyBalance:
         """Start the balance at a state."""
         self.change_supports(model)
         self._mode_1_dissipation, ground = 0.0, model.ground.at(state.load_factor)
-        self._last = _Point.of(state, ground, Ground(*map(np.zeros_like, ground)), 0.0)
+        self._keep(state, ground, Ground(*map(np.zeros_like, ground)), 0.0)
         self._section_work = self._largest_section_work = np.zeros(
             0 if model.sections is None else len(model.sections.interface)
         )
         self._sections: FloatArray | None = None
+
+    def _keep(self, state: State, ground: Ground, on_ground: Ground, reaction: float) -> None:
+        """Keep the last equilibrium, its ground, the forces on the ground, and the reaction of moving supports."""
+        self._last = replace(state, displacement=state.displacement.copy()), ground, on_ground, reaction
 
     def change_supports(self, model: Model) -> None:
         """Continue with a model of the same wall with other supports."""
@@ -112,7 +99,8 @@ class EnergyBalance:
         sections: FloatArray | None,
     ) -> None:
         """Add the step from the last equilibrium; ``unstable``: at constant load; ``snapped``: by snap-through."""
-        model, last, ground = self._model, self._last, self._model.ground.at(state.load_factor)
+        model, ground = self._model, self._model.ground.at(state.load_factor)
+        last, last_ground, last_on_ground, last_reaction = self._last
         stored, softened = float(joints.stored), float(joints.softened)
         friction, crushing = float(joints.friction), float(joints.crushing)
         if superelements is not None:
@@ -130,16 +118,16 @@ class EnergyBalance:
             self.residual,
             last.displacement,
             state.displacement,
-            last.ground,
+            last_ground,
             ground,
-            last.on_ground,
+            last_on_ground,
             on_ground,
         )
         # a wall that snaps through does so under the load that it has reached
         before = (state.load, state.load_factor) if unstable else (last.load, last.load_factor)
         work = 0.5 * ((state.load + before[0]) * dead + (state.load_factor + before[1]) * live)
         now, then = (model.ground.load_factor_at(coordinate) for coordinate in (state.load_factor, last.load_factor))
-        work += 0.5 * (reaction + last.reaction) * (now - then)
+        work += 0.5 * (reaction + last_reaction) * (now - then)
         if state.load_factor != last.load_factor:
             work += by_ground
         if model.jacks is not None:
@@ -159,4 +147,4 @@ class EnergyBalance:
             self.snap_through_energy += missing if snapped else 0.0
         else:  # a snap-through can only lose energy
             self.energy_error += abs(missing)
-        self._last = _Point.of(state, ground, on_ground, reaction)
+        self._keep(state, ground, on_ground, reaction)

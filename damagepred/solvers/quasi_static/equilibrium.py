@@ -136,7 +136,7 @@ class Equilibrium(Residual):
         a share of the residual of the Coulomb law, which remains with frozen bounds (Dembo, Eisenstat and Steihaug
         1982). A warm start takes the first bounds from the present displacements.
         """
-        most = self.newton_iterations + (MAX_NEWTON_ITERATIONS >> self._failures)
+        most = self.equations.iterations + (MAX_NEWTON_ITERATIONS >> self._failures)
         bounds, history = self.components.bounds, state.history
         bounds.bound[:], bounds.dilatant_opening[:], bounds.kappa[:] = NO_LIMIT, history.dilatant_opening, history.kappa
         if warm:
@@ -159,7 +159,7 @@ class Equilibrium(Residual):
             forcing = self._forcing(state)
             since = 0 if ratio < 0.5 * least else since + 1
             least = min(least, ratio)
-            if since > STAGNATION_LIMIT or self.newton_iterations > most:
+            if since > STAGNATION_LIMIT or self.equations.iterations > most:
                 break
         return ratio
 

@@ -52,17 +52,6 @@ class ActivePart(NamedTuple):
     dofs: IntArray  # in the order of the fronts
 
 
-class _Room(NamedTuple):
-    """Arrays that all ``Solver`` structures of a wall share; each takes the part of its active degrees of freedom."""
-
-    rows: dict[str, tuple[int, FloatArray]]  # number of rows, and their memory
-    gathered: FloatArray
-    target: FloatArray
-    counts: IntArray
-    lists: tuple[IntArray, IntArray]
-    correction: dict[str, Any]
-
-
 class MultifrontalSystem:
     """Tangent stiffness of a wall, factorised or corrected; ``solver`` and ``factors`` are for kernels."""
 
@@ -84,7 +73,7 @@ class MultifrontalSystem:
         self._superelements, self._stiffness = superelements, elastic
         self._solution = TangentSolution(solve=solve_tangent)
         self._make_factors(system)
-        self._room = self._make_room()
+        self.counts = np.zeros(3, dtype=np.int64)
         self.factorisation_cost = factorisation_costs(self.tree.size, self.tree.boundary_size)
         self.elastic_complements = np.empty(0)  # of condensed fronts, without regularisation; empty until then
         self.reached, none = np.zeros((2, self.tree.count), dtype=np.bool_)
@@ -136,43 +125,16 @@ class MultifrontalSystem:
             "matrices": np.empty((count, dof.shape[1], dof.shape[1])),
             "unsymmetric": none.copy(),
         }
-        self._outdated, self._yields, self._stale = none.copy(), none.copy(), none.copy()
-        self.factors = Factors(
+        self._stale = none.copy()
+        self.factors: Any = Factors(
             tree=fixed,
             blocks=self._block_tangents(),
             dense=dense_workspace(max(largest, 3 * MAX_CHANGED_INTERFACES)),
-            yields=self._yields,
-            outdated=self._outdated,
+            yields=none.copy(),
+            outdated=none.copy(),
             front=np.empty(largest**2),
             invert=invert,
             **self._arrays,
-        )
-
-    def _make_room(self) -> _Room:
-        """Memory of all active parts; memory that is not touched costs nothing."""
-        size, count, slots = self.model.size, len(self.elastic), MAX_CHANGED_INTERFACES
-        room_rows = {"response": 3 * slots, "right": 2, "particular": 2 * MAX_LOOP_ROWS}
-        edge = max(int(self.tree.boundary_size.max(initial=0)), 1)
-        correction = {
-            "interface_of_slot": np.empty(slots, dtype=np.int64),
-            "compliance": np.empty((3 * slots, 3 * slots)),
-            "change": np.empty((slots, 9)),
-            "changed_rows": np.empty(3 * slots, dtype=np.int64),
-            "relative": np.empty((2, 3 * slots)),
-            "force": np.empty(6 * slots),
-            "capacitance": np.empty(9 * slots**2),
-            "pivots": np.empty(3 * slots, dtype=np.int32),
-            "corrected": np.empty(slots, dtype=np.int64),
-            "unit": np.empty(RESPONSE_BATCH * size),
-            "unit_response": np.empty(RESPONSE_BATCH * size),
-        }
-        return _Room(
-            rows={name: (number, np.empty(number * size)) for name, number in room_rows.items()},
-            gathered=np.empty((RESPONSE_BATCH, edge)),
-            target=self.elastic.copy(),
-            counts=np.zeros(3, dtype=np.int64),
-            lists=(np.empty(count, dtype=np.int64), np.empty(3 * count, dtype=np.int64)),
-            correction=correction,
         )
 
     def _elastic_diagonal(self, strain_stiffness: FloatArray) -> FloatArray:
@@ -191,7 +153,7 @@ class MultifrontalSystem:
         """Tangents of the deformable blocks of all fronts; empty if all blocks are rigid or elastic."""
         blocks, elements = self._superelements, self.tree.superelements
         boundary = [] if blocks is None else blocks.boundary
-        made: BlockTangents = BlockTangents(
+        return BlockTangents(
             front_blocks=elements.listed,
             first_block=elements.first,
             first_dof=np.cumsum([0, *map(len, boundary)], dtype=np.int64),
@@ -200,11 +162,10 @@ class MultifrontalSystem:
             tangents=np.empty(0) if blocks is None else blocks.tangents,
             front=elements.front,
         )
-        return made
 
     def activate(self, fronts: BoolArray) -> None:
         """Set the active fronts and make their ``solver``; the next solution factorises. ``condense`` calls it."""
-        tree, count = self.tree, len(self.elastic)
+        tree, count, slots = self.tree, len(self.elastic), MAX_CHANGED_INTERFACES
         self.condensation: StaticCondensation | None = None
         self._stale[:] = fronts & (self._stale | ~self.active.fronts)  # regularised only while active
         active, dofs = np.append(fronts, True)[tree.interfaces.front], tree.dofs[np.repeat(fronts, tree.size)]
@@ -212,41 +173,48 @@ class MultifrontalSystem:
         index = np.full(self.model.size, -1, dtype=np.int64)  # among the active degrees of freedom
         index[dofs] = np.arange(size)
         operations = tree.size * (tree.size + 2 * tree.boundary_size)
-        memory = self._room
-        room = {name: room[: number * size].reshape(number, size) for name, (number, room) in memory.rows.items()}
-        changed, new = memory.lists
-        self.solver = Solver(
-            substitution=self.substitution(fronts, fronts, room["particular"]),
+        self.solver: Any = Solver(  # memory that is not touched costs nothing
+            substitution=self.substitution(fronts, fronts, np.empty((2 * MAX_LOOP_ROWS, size))),
             correction=Correction(
                 index=index,
                 slot=np.full(count, -1, dtype=np.int64),
+                interface_of_slot=np.empty(slots, dtype=np.int64),
                 load_slot=np.full((count, 3), -1, dtype=np.int64),
-                response=room["response"],
+                response=np.empty((3 * slots, size)),
+                compliance=np.empty((3 * slots, 3 * slots)),
+                change=np.empty((slots, 9)),
+                changed_rows=np.empty(3 * slots, dtype=np.int64),
+                relative=np.empty((2, 3 * slots)),
+                force=np.empty(6 * slots),
+                capacitance=np.empty(9 * slots**2),
+                pivots=np.empty(3 * slots, dtype=np.int32),
+                corrected=np.empty(slots, dtype=np.int64),
                 corrected_count=0,
+                unit=np.empty(RESPONSE_BATCH * size),
+                unit_response=np.empty(RESPONSE_BATCH * size),
                 occupied=0,
                 loads=0,
-                **memory.correction,
             ),
             factorisation_cost=self.factorisation_cost,
             solution_cost=2.0 * float(operations[fronts].sum()),
             spent=0.0,
             active=self.active.interfaces,
             active_dofs=dofs,
-            target=memory.target,
-            changed=changed,
-            new=new,
-            right=room["right"],
+            target=self.elastic.copy(),
+            changed=np.empty(count, dtype=np.int64),
+            new=np.empty(3 * count, dtype=np.int64),
+            right=np.empty((2, size)),
             stale=self._stale,
             must_factorise=np.ones(1, dtype=np.bool_),
-            counts=memory.counts,
+            counts=self.counts,
             eliminate=eliminate,
             respond=respond,
             correct=correct,
         )
 
     def substitution(self, fronts: BoolArray, in_rows: BoolArray, particular: FloatArray) -> Substitution:
-        """Substitution with some ``fronts``; right-hand sides have rows for the degrees of freedom of ``in_rows``."""
-        tree = self.tree
+        """Substitution in some ``fronts``; forces have one entry per degree of freedom of the fronts ``in_rows``."""
+        tree, widest = self.tree, max(int(self.tree.boundary_size.max(initial=0)), 1)
         start = np.cumsum(in_rows * tree.size) - in_rows * tree.size
         row = np.cumsum(np.repeat(in_rows, tree.size)) - 1
         rows = Rows(
@@ -254,9 +222,9 @@ class MultifrontalSystem:
             row_start=start,
             boundary_row=row[tree.boundary],
             reached=self.reached,
-            gathered=self._room.gathered,
+            gathered=np.empty((RESPONSE_BATCH, widest)),
         )
-        made: Substitution = Substitution(
+        return Substitution(
             factors=self.factors,
             rows=rows,
             particular=particular,
@@ -264,14 +232,13 @@ class MultifrontalSystem:
             back=back,
             solve_columns=solve_columns,
         )
-        return made
 
     def are_active(self, interfaces: BoolArray | IntArray) -> bool:
         """Whether all listed interfaces are in active fronts."""
         return bool(np.append(self.active.fronts, True)[self.tree.interfaces.front[interfaces]].all())
 
     def condense(self, fronts: BoolArray, load: FloatArray, live_load: FloatArray) -> StaticCondensation | None:
-        """Make some fronts and their ancestors active and condense the others; None: these would not be held."""
+        """Condense all fronts except the given ones and their ancestors; None: the condensed part would be loose."""
         fronts = self.tree.ancestors(fronts)
         condensed = self.active.fronts & ~fronts
         held = not fronts.all()
@@ -288,9 +255,9 @@ class MultifrontalSystem:
         return self.condensation
 
     def _eliminate_condensed(self, fronts: BoolArray) -> bool:
-        """Whether ancestors hold eliminated elastic fronts; equal walls from the third on reuse results."""
+        """Eliminate elastic fronts, or copy their factors from an equal wall; whether their ancestors hold them."""
         interfaces, tree = np.flatnonzero(np.append(fronts, False)[self.tree.interfaces.front]), self.tree
-        self._room.target[interfaces] = self.elastic[interfaces]
+        self.solver.target[interfaces] = self.elastic[interfaces]
         small = 8e-9 * tree.matrix_entries <= MAX_SHARED_MEMORY
         if not (small and np.isnan(self._arrays["stiffness"]).all()):
             return self._eliminate_elastic(fronts, interfaces)
@@ -307,17 +274,15 @@ class MultifrontalSystem:
         return known.held
 
     def _eliminate_elastic(self, fronts: BoolArray, interfaces: IntArray) -> bool:
-        """Eliminate some fronts with elastic interfaces; return whether their ancestors hold them.
-
-        Twice: their regularisation belongs to the tangent, not to the forces on their boundaries. Where a wall may rest
-        in several positions, regularisation decides between them, and should not depend on which fronts are condensed.
-        """
+        """Eliminate some fronts with elastic interfaces; whether their ancestors hold them."""
+        # twice: regularisation belongs to the tangent, not to the forces on boundaries, and where a wall may rest in
+        # several positions it decides between them: this should not depend on which fronts are condensed
         regularised = self._arrays["complements"]
-        self._outdated[:] = fronts
+        self.factors.outdated[:] = fronts
         eliminate_outdated(self.solver, interfaces, regularised, False)
         if not self.elastic_complements.size:
             self.elastic_complements = np.empty_like(regularised)
-        self._outdated[:] = fronts
+        self.factors.outdated[:] = fronts
         return bool(eliminate_outdated(self.solver, interfaces[:0], self.elastic_complements, True))
 
     def update(self, stiffness: FloatArray) -> None:
@@ -341,22 +306,22 @@ class MultifrontalSystem:
 
     def continue_counts(self, before: MultifrontalSystem) -> None:
         """Continue the counts of iterations and factorisations of the same wall with other supports."""
-        self._room.counts[[ITERATIONS, FACTORISATIONS]] += before._room.counts[[ITERATIONS, FACTORISATIONS]]
+        self.counts[[ITERATIONS, FACTORISATIONS]] += before.counts[[ITERATIONS, FACTORISATIONS]]
 
     @property
     def iterations(self) -> int:
         """Number of solutions in iterations."""
-        return int(self._room.counts[ITERATIONS])
+        return int(self.counts[ITERATIONS])
 
     @property
     def factorisations(self) -> int:
         """Number of factorisations."""
-        return int(self._room.counts[FACTORISATIONS])
+        return int(self.counts[FACTORISATIONS])
 
     @property
     def corrections(self) -> int:
         """Number of Woodbury corrections."""
-        return int(self._room.counts[CORRECTIONS])
+        return int(self.counts[CORRECTIONS])
 
 
 ASSEMBLY_WEIGHT, INVERSION_WEIGHT = 1.7e4, 3.2

@@ -1,12 +1,11 @@
 """Residual force of a wall at a given load and movement, its linearisation, and condensed elastic parts.
 
-Python's side of ``damagepred.kernels.equilibrium``: here alone are its structures made and their arrays checked.
+Python's side of ``damagepred.kernels.equilibrium``: makes its structures, with ``components``, and checks their arrays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -15,11 +14,9 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
-from damagepred.kernels.concrete_section.structures import Sections, Wires
 from damagepred.kernels.equilibrium.completion import RATE_STEP, Completed, complete, store_tangent
 from damagepred.kernels.equilibrium.joints import (
     add_internal_forces,
-    add_section_forces,
     commit_section_history,
     fill_bond_loads,
     fill_section_values,
@@ -29,78 +26,22 @@ from damagepred.kernels.equilibrium.newton import run_newton
 from damagepred.kernels.equilibrium.predictor import interpolate_event, predict
 from damagepred.kernels.equilibrium.residual import Steps, residual_from_python, solve_step, wall_residual
 from damagepred.kernels.equilibrium.tresca import minimise_tresca
-from damagepred.kernels.equilibrium.wall import (
-    Bonds,
-    Components,
-    Freedoms,
-    Interfaces,
-    Joints,
-    SectionLaw,
-    TrescaBounds,
-    Wall,
-    empty_state,
-    fill_state,
-)
+from damagepred.kernels.equilibrium.wall import Bonds, Freedoms, Interfaces, Wall, empty_state, fill_state
 from damagepred.kernels.equilibrium.wall import State as WallState
 from damagepred.kernels.interface.residual import within_limit
-from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.joint.return_mapping import all_plain
 from damagepred.kernels.linear.condensation import Condensation
 from damagepred.kernels.linear.solver import solve_tangent
-from damagepred.kernels.zone.superelement import BlockLaw
 from damagepred.runtime.time_limit import check_time
 from damagepred.solvers.options import DEFAULTS, SolverOptions
-from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem, StaticCondensation
+from damagepred.solvers.quasi_static.components import make_components
+from damagepred.solvers.quasi_static.external_load import ExternalLoad, JackControl
+from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import Point, State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-
-
-@dataclass
-class JackControl:
-    """Control of the jacks: by deflection, with the load unknown, until ``level_load`` is set, then by load."""
-
-    push: FloatArray  # (size,) force of unit loads (N/N)
-    weights: FloatArray  # (size,) weights of the displacements in the deflection
-    goal: float  # deflection at full movement (m, upwards)
-    origin: float = 0.0  # deflection from which it counts (m)
-    load_factor_at: Callable[[float], float] = float  # path coordinate -> load factor of the movement
-    # load of each jack (N) in the level state, None until the load is controlled, and at full movement
-    level_load: float | None = None
-    load: float = 0.0
-
-    @classmethod
-    def of(cls, model: Model) -> JackControl | None:
-        """Control of a model's jacks in the level state, or None without jacks."""
-        jacks = model.jacks
-        weights = model.deflection if jacks is None or jacks.weights is None else jacks.weights
-        if jacks is None or weights is None:
-            return None
-        goal = 0.0 if jacks.by_load else jacks.deflection
-        return cls(jacks.push, weights, goal, jacks.origin, model.ground.load_factor_at)
-
-    @property
-    def by_load(self) -> bool:
-        """Whether the load is given."""
-        return self.level_load is not None
-
-    def load_at(self, load_factor: float, found: float) -> float:
-        """Load of each jack (N): the given load at a load factor, or ``found``, the unknown of the equilibrium."""
-        if self.level_load is None:
-            return found
-        return self.level_load + load_factor * (self.load - self.level_load)
-
-    def missing_deflection(self, coordinate: float, displacement: FloatArray) -> float:
-        """Return the missing deflection (m); 0 where the load is given."""
-        if self.by_load:
-            return 0.0
-        return self.required_deflection(coordinate) - float(self.weights @ displacement)
-
-    def required_deflection(self, coordinate: float) -> float:
-        """Return the deflection at a path coordinate (m); NaN where the load is given."""
-        return np.nan if self.by_load else self.origin + self.load_factor_at(coordinate) * self.goal
-
+from damagepred.solvers.system.footing_forces import set_linear_stresses
 
 DIVERGENCE_DISPLACEMENT = 10.0
 """Displacement over the detachment limit beyond which no equilibrium is sought (1)."""
@@ -110,9 +51,8 @@ PREDICTOR_AIM = 0.1
 
 @cache
 def _steps() -> Steps:
-    """Return the steps that all iterations take."""
-    made: Steps = Steps(residual=wall_residual, solve=solve_step)
-    return made
+    """Steps that all iterations take."""
+    return Steps(residual=wall_residual, solve=solve_step)
 
 
 FLOAT, FLAG = np.dtype(np.float64), np.dtype(np.bool_)
@@ -122,26 +62,6 @@ def _require(name: str, array: np.ndarray, kind: np.dtype, shape: tuple[int, ...
     """Refuse an array of another wall or type: kernels check nothing."""
     if array.shape != shape or array.dtype != kind or not array.flags.c_contiguous:
         raise ValueError(f"{name} must be a contiguous array of {kind} {shape}, not {array.dtype} {array.shape}")
-
-
-class ExternalLoad:
-    """Dead and live load at the load factors of a state, with the load of condensed fronts, without jacks."""
-
-    def __init__(self, dead: FloatArray, live: FloatArray) -> None:
-        self.dead, self.live, self.grows, self._force = dead, live, bool(live.any()), np.zeros(dead.size)
-        self._factors: tuple[object, ...] = ()
-
-    def at(self, load: float, load_factor: float, condensation: StaticCondensation | None) -> FloatArray:
-        """Return the load at factors of dead and live load; the next call changes it."""
-        factors = load, load_factor if self.grows else 0.0, condensation
-        if factors != self._factors:
-            np.multiply(self.dead, load, out=self._force)
-            if self.grows:
-                self._force += load_factor * self.live
-            if condensation is not None:
-                self._force[condensation.boundary_dofs] += condensation.load(load, load_factor)
-            self._factors = factors
-        return self._force
 
 
 class Residual:
@@ -210,21 +130,14 @@ class Residual:
         return load
 
     @property
-    def newton_iterations(self) -> int:
-        """Number of Newton iterations."""
-        return self.equations.iterations
-
-    @property
     def free(self) -> IntArray:
         """Free degrees of freedom of active fronts."""
         return self.equations.active.dofs
 
     @property
     def has_potential(self) -> bool:
-        """Whether residual forces of the elastic wall are the slope of a potential, and a line search leads down it.
-
-        Jacks do no work on the deflection that controls them: under them only a wall of given load has one.
-        """
+        """Whether residual forces of the elastic wall are the slope of a potential, and a line search leads down it."""
+        # jacks do no work on the deflection that controls them
         return self.jacks is None or self.jacks.by_load
 
     @property
@@ -265,23 +178,8 @@ class Residual:
     def _make_components(self) -> None:
         """Make the components that resist, and the arrays that iterations fill."""
         model, shape = self.model, self.model.interfaces.contact_area.shape
-        general = None if all_plain(model.joint_parameters) else True
-        self.steps = joint_steps(general, None if model.interfaces.elastic is None else True)
-        footing = SectionLaw.empty()
-        if model.sections is not None:
-            fields, wires = model.sections._asdict(), Wires(**model.sections.wires._asdict())
-            sections = Sections(**{name: fields[name] for name in Sections.fields} | {"wires": wires})
-            values = np.zeros((len(model.sections.interface), 6))
-            footing = SectionLaw(present=True, sections=sections, values=values, add_forces=add_section_forces)
-        self.components = Components(
-            joints=self._joint_structure(),
-            law=self.steps.law(),
-            bounds=TrescaBounds(
-                bound=np.full(shape, NO_LIMIT), dilatant_opening=np.zeros(shape), kappa=np.zeros(shape)
-            ),
-            footing=footing,
-            blocks=BlockLaw.empty() if self.superelements is None else self.superelements.law,
-        )
+        self.steps = joint_steps(None if all_plain(model.joint_parameters) else True)
+        self.components = make_components(self.system, self.steps, self.superelements, self.tolerance)
         bonds = Bonds(
             load=np.zeros(shape),
             load_at_start=np.zeros(shape),
@@ -302,25 +200,6 @@ class Residual:
             "room": np.empty((4, size)),
             "pairs": np.empty((4, size)),
         }
-
-    def _joint_structure(self) -> Joints:
-        """Interfaces and joint law, as structures for kernels."""
-        model, system, records = self.model, self.system, self.model.interface_records
-        elastic = model.interfaces.elastic
-        joints: Joints = Joints(
-            edge=records.edge,
-            contact_offset=records.contact_offset,
-            contact_area=records.contact_area,
-            properties=model.joint_parameters,
-            side_dof=np.full((len(records.edge), 2), -1) if elastic is None else elastic.dof,
-            side_rows=np.zeros((len(records.edge), 2, 3, 2)) if elastic is None else elastic.rows,
-            strain_stiffness=system.strain_stiffness,
-            first_strain=system.strain_dofs.start,
-            block_stress=model.block_stress,
-            # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
-            no_strength=self.tolerance * model.block_stress,
-        )
-        return joints
 
     def _elastic_stiffness(self, rest: State) -> FloatArray:
         """Return the stiffness of the interfaces of the unloaded wall (m, 9)."""
@@ -365,34 +244,23 @@ class Residual:
         sections = self.model.sections
         return interfaces if sections is None else np.setdiff1d(interfaces, sections.interface)
 
-    def _displacement_of(self, state: State, displacement: FloatArray | None) -> FloatArray:
-        """Displacements (size,) for kernels; by default the state's."""
-        u = state.displacement if displacement is None else displacement
-        _require("displacements", u, FLOAT, self.system.arms.shape)
-        return u
+    def _checked(self, displacement: FloatArray) -> FloatArray:
+        """Displacements (size,) for kernels."""
+        _require("displacements", displacement, FLOAT, self.system.arms.shape)
+        return displacement
 
     def _fill(
         self, state: State, external: FloatArray, limit: float = np.inf, other: Ground | None = None
     ) -> WallState:
         """Structure of loads, history and grounds of a state; the next call replaces them."""
         check_time()
-        ground = self.model.ground.at(state.load_factor)
+        ground, inside = self.model.ground.at(state.load_factor), self._inside
         for name, array in state.history._asdict().items():
             _require(name, array, FLAG if name == "cracked" else FLOAT, self.model.interfaces.contact_area.shape)
-        fill_state(
-            self._inside,
-            *state.history,
-            *ground,
-            *(other or ground),
-            *state.sections,
-            state.plastic,
-            external,
-            float(state.load),
-            float(state.load_factor),
-            np.nan if self.jacks is None else self.jacks.required_deflection(state.load_factor),
-            limit,
-        )
-        return self._inside
+        arrays = (*map(tuple, (state.history, ground, other or ground, state.sections)), state.plastic, external)
+        deflection = np.nan if self.jacks is None else self.jacks.required_deflection(state.load_factor)
+        fill_state(inside, *arrays, float(state.load), float(state.load_factor), deflection, limit)
+        return inside
 
     def _in_state(self, state: State, limit: float = np.inf, other: Ground | None = None) -> WallState:
         """Structure of a state with the present condensed fronts; the next call replaces it."""
@@ -411,13 +279,13 @@ class Residual:
 
     def residual(self, state: State, displacement: FloatArray) -> tuple[FloatArray, float]:
         """Residual force of every degree of freedom, and its ratio; facets and yielding blocks follow."""
-        force, u = np.empty_like(displacement), self._displacement_of(state, displacement)
+        force, u = np.empty_like(displacement), self._checked(displacement)
         return force, residual_from_python(_steps(), self.wall, self._in_state(state), float(state.jack), u, force)
 
     def newton(self, state: State, start: FloatArray, searching: bool | None = None) -> tuple[FloatArray, float]:
         """Best iterate, and its unbalanced force ratio, inf if diverged; ``searching``: with line search."""
         searching, found = self.has_potential if searching is None else searching, np.empty_like(start)
-        begin, (ahead, moved) = self._displacement_of(state, start), self._ahead(state)
+        begin, (ahead, moved) = self._checked(start), self._ahead(state)
         inside = self._in_state(state, self._divergence_limit(state), ahead)
         ratio, state.jack, completed = run_newton(
             _steps(), self.wall, inside, moved, float(state.jack), begin, found, searching
@@ -437,7 +305,7 @@ class Residual:
 
     def _minimise_within(self, limit: float, state: State, tolerance: float) -> None:
         """Minimise the potential of the Tresca problem within a limit of displacements (m)."""
-        u = self._displacement_of(state, None)
+        u = self._checked(state.displacement)
         state.jack = minimise_tresca(_steps(), self.wall, self._in_state(state, limit), float(state.jack), tolerance, u)
 
     def with_supports_moved(self, state: State) -> FloatArray:
@@ -446,13 +314,9 @@ class Residual:
         displacement[self.model.supports.prescribed] = self.model.support_displacement(state.load_factor)
         return displacement
 
-    def missing_deflection(self, state: State, displacement: FloatArray) -> float:
-        """Return the missing deflection of jacks whose deflection is given (m)."""
-        return 0.0 if self.jacks is None else self.jacks.missing_deflection(state.load_factor, displacement)
-
     def forces_on_supports(self, state: State) -> FloatArray:
         """Force of joints, loads and jacks on prescribed degrees of freedom (N, N m); all others are incomplete."""
-        u = self._displacement_of(state, None)
+        u = self._checked(state.displacement)
         force = self.loads.at(state.load, state.load_factor, None).copy()
         inside = self._fill(state, force)
         if self.jacks is not None:
@@ -463,33 +327,34 @@ class Residual:
 
     def commit_joint_history(self, state: State, never_opened: BoolArray) -> tuple[JointEnergy, Ground]:
         """Commit the history of active joints, in place; their energy, and forces on the ground (N)."""
-        condensation, shape = self.equations.condensation, self.model.ground.full.normal.shape
+        condensation = self.equations.condensation
         whole = condensation is None or self.superelements is not None
-        listed, on_ground = (
-            self._all_interfaces if whole else self.equations.active.interfaces,
-            Ground(*np.zeros((2, *shape))),
-        )
-        u, inside = self._displacement_of(state, None), self._in_state(state)
-        work = self.steps.commit_history(self.components.joints, inside, listed, u, never_opened, *on_ground)
-        friction, crushing, mode_1_dissipation, stored, softened = work
+        listed = self._all_interfaces if whole else self.equations.active.interfaces
+        on_ground = Ground(*map(np.zeros_like, self.model.ground.full))
+        u, inside = self._checked(state.displacement), self._in_state(state)
+        joints = self.components.joints
+        work = JointEnergy(*self.steps.commit_history(joints, inside, listed, u, never_opened, *on_ground))
+        stored = work.stored
         if condensation is not None and self.superelements is None:
             stored += condensation.elastic_energy(u, state.load, state.load_factor)
         if self.model.elastic is not None:  # strains in active fronts: the energy of condensed ones is included
             strain = np.zeros_like(state.displacement)
             strain[self.free] = state.displacement[self.free]
             stored += 0.5 * float(self.system.strain_stiffness @ strain[self.system.strain_dofs] ** 2)
-        return JointEnergy(friction, crushing, mode_1_dissipation, stored, softened), on_ground
+        return work._replace(stored=stored), on_ground
 
     def contact_stresses(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q)."""
+        """Opening (m), normal and shear stress (Pa) of all contacts (m, q); linear in sections of a footing."""
         opening, sigma, tau = np.empty((3, *self.bond_load.shape))
-        u, inside = self._displacement_of(state, None), self._in_state(state)
+        u, inside = self._checked(state.displacement), self._in_state(state)
         self.steps.contact_stresses(self.components.joints, inside, u, opening, sigma, tau)
+        if self.model.sections is not None:
+            set_linear_stresses(self.model, self.section_response(state), sigma, tau)
         return opening, sigma, tau
 
     def section_response(self, state: State) -> FloatArray:
         """Opening, shear (m), rotation, axial and shear force (N) and moment (N m) of cracking sections (s, 6)."""
-        inside, u = self._in_state(state), self._displacement_of(state, None)
+        inside, u = self._in_state(state), self._checked(state.displacement)
         values = np.empty((len(state.sections.cracked), 6))
         joints, footing = self.components.joints, self.components.footing
         force, stiffness = np.zeros_like(u), np.zeros_like(self._lasting["stiffness"])
@@ -498,7 +363,7 @@ class Residual:
 
     def commit_sections(self, state: State) -> None:
         """Commit the history variables of the footing's sections to an equilibrium."""
-        inside, u = self._in_state(state), self._displacement_of(state, None)
+        inside, u = self._in_state(state), self._checked(state.displacement)
         commit_section_history(self.components.footing, inside, self.components.joints, u)
 
     def joint_law_violation(self, state: State, normal_stress: FloatArray, shear_stress: FloatArray) -> float:
@@ -526,7 +391,7 @@ class Residual:
         interpolation. Paths of softening joints amplify the difference.
         """
         increment = self.load_increment(target[0] - state.load, target[1] - state.load_factor)
-        start, prescribed = self._displacement_of(state, None), self.model.support_displacement(target[1])
+        start, prescribed = self._checked(state.displacement), self.model.support_displacement(target[1])
         ahead = replace(state, load=target[0], load_factor=target[1], displacement=np.empty_like(start))
         inside = self._in_state(ahead, self._divergence_limit(ahead), self.model.ground.at(state.load_factor))
         found, aim = ahead.displacement, PREDICTOR_AIM
@@ -539,12 +404,9 @@ class Residual:
         return found, self.event_share(state, aim, active_only=self.plain)
 
     def largest_bond_load(self, state: State) -> float:
-        """Largest bond load of the equilibrium just completed, 1 at the strength; ``bond_load`` has all.
-
-        Loads of joints that are not plain are computed again: a commit since then may have changed them.
-        """
+        """Largest bond load of the equilibrium just completed, 1 at the strength; ``bond_load`` has all."""
         if not self.plain:
-            u, inside = self._displacement_of(state, None), self._in_state(state)
+            u, inside = self._checked(state.displacement), self._in_state(state)
             active = self.equations.active.interfaces
             load = float(fill_bond_loads(self.components, inside, active, u, self.bond_load))
             self._completed = self._completed._replace(bond_load=load)
@@ -553,7 +415,7 @@ class Residual:
     def event_share(self, state: State, aim: float, active_only: bool = False) -> float:
         """Share of a step from a state at which the first bond fails, by interpolation to ``bond_load`` at its end."""
         listed = self.equations.active.interfaces if active_only else self._all_interfaces
-        u, inside = self._displacement_of(state, None), self._in_state(state)
+        u, inside = self._checked(state.displacement), self._in_state(state)
         history, ground = inside.history, inside.ground
         return float(interpolate_event(self.wall.bonds, self.components, history, ground, listed, u, aim))
 
@@ -575,7 +437,7 @@ class Residual:
 
     def store_tangent(self, state: State, displacement: FloatArray) -> None:
         """Store the tangent of the last residual, which must be at these displacements, for the next prediction."""
-        u, (ahead, moved) = self._displacement_of(state, displacement), self._ahead(state)
+        u, (ahead, moved) = self._checked(displacement), self._ahead(state)
         store_tangent(self.wall, self._in_state(state, other=ahead), moved, u)
 
     def volume_per_deflection(self) -> float | None:
@@ -591,7 +453,7 @@ class Residual:
 
     def update_tresca_bounds(self, state: State, relaxation: float) -> None:
         """Move the bounds of the Tresca problem by a share of the way to Coulomb's limits at a state."""
-        u, inside = self._displacement_of(state, None), self._in_state(state)
+        u, inside = self._checked(state.displacement), self._in_state(state)
         joints, bounds = self.components.joints, self.components.bounds
         active = self.equations.active.interfaces
         self.steps.update_tresca_bounds(joints, inside, bounds, active, u, relaxation)
@@ -629,7 +491,7 @@ class Residual:
 
     def complete(self, state: State) -> None:
         """Recover condensed fronts and the inside of blocks in the displacements of a state; fill bond loads."""
-        self._completed = Completed(*complete(self.wall, self._in_state(state), self._displacement_of(state, None)))
+        self._completed = Completed(*complete(self.wall, self._in_state(state), self._checked(state.displacement)))
 
 
 class JointEnergy(NamedTuple):

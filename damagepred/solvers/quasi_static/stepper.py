@@ -71,7 +71,7 @@ class QuasiStaticStepper:
     def support_load(self) -> float:
         """Return the load (N) whose loss ends the path; see ``least_support_load``."""
         path = self.path
-        return least_support_load(path.model, path.state.jack, path.stresses(path.state)[1])
+        return least_support_load(path.model, path.state.jack, path.equilibrium.contact_stresses(path.state)[1])
 
     def step_to(self, load_factor: float) -> Outcome:
         """Follow the path to a load factor, or to collapse; a footing that lifts off starts again from the level."""
@@ -111,7 +111,7 @@ class QuasiStaticStepper:
         """Return the present state as an increment."""
         path = self.path
         model, state, superelements = path.model, path.state, path.equilibrium.superelements
-        history, (opening, sigma, tau) = state.history, path.stresses(state)
+        history, (opening, sigma, tau) = state.history, path.equilibrium.contact_stresses(state)
         violation = path.equilibrium.joint_law_violation(state, sigma, tau)
         force = path.equilibrium.forces_on_supports(state)
         accepted, path.largest_accepted_residual = path.largest_accepted_residual, 0.0

@@ -13,13 +13,14 @@ import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.kernels.linear.solver import Solver
-from damagepred.kernels.zone.superelement import (
+from damagepred.kernels.zone.structures import (
     BlockLaw,
     BlockShapes,
     BlockSums,
     DeformableBlocks,
-    FacetPieces,
     YieldLaw,
+)
+from damagepred.kernels.zone.superelement import (
     add_block_forces,
     commit_plastic_strain,
     correct_active_blocks,
@@ -115,8 +116,7 @@ class Superelements:
                 dofs[m] = dof
         whole = (3 * self.block[:, None] + np.arange(3)).ravel()
         motion, resultant = DiscreteSystem.of(model).rigid_motion[whole], resultants(model)[whole]
-        facets: FacetPieces = FacetPieces(**facets_of(model)._asdict())
-        made: DeformableBlocks = DeformableBlocks(
+        return DeformableBlocks(
             shapes=BlockShapes(
                 size=np.ascontiguousarray(size),
                 boundary=np.ascontiguousarray(boundary),
@@ -127,7 +127,7 @@ class Superelements:
                 cells=np.concatenate([k.cells for k in shapes]),
                 elasticity=elasticity[[self.block[k.member[0]] for k in shapes]],
             ),
-            facets=facets,
+            facets=facets_of(model),
             sums=BlockSums(
                 dof=whole,
                 first=motion.indptr.astype(np.int64),
@@ -152,7 +152,6 @@ class Superelements:
             yielding=np.zeros(count, dtype=np.bool_),
             outdated=np.zeros(1, dtype=np.bool_),
         )
-        return made
 
     def _group_by_shape(self) -> list[IntArray]:
         """Deformable blocks that share a condensation: same shape, material and supports."""

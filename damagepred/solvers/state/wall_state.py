@@ -56,20 +56,9 @@ class ContactFields(NamedTuple):
 
 def fields_of(model: Model, history: JointHistory, displacement: FloatArray, load_factor: float) -> ContactFields:
     """Contact fields at a displacement of the blocks."""
-    opening, shear, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(4))
-    after = history.copy()
-    contact_fields(
-        model.interface_records,
-        model.joint_parameters,
-        model.ground.at(load_factor),
-        after,
-        displacement,
-        opening,
-        shear,
-        sigma,
-        tau,
-    )
-    return ContactFields(opening=opening, shear=shear, normal_stress=sigma, shear_stress=tau, history=after)
+    fields, after = np.empty((4, *model.interfaces.contact_area.shape)), history.copy()
+    contact_fields(model.interface_records, model.ground.at(load_factor), after, displacement, fields)
+    return ContactFields(fields[0], fields[1], fields[2], fields[3], after)
 
 
 def contact_states(model: Model, history: JointHistory) -> Int8Array:

@@ -12,22 +12,8 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.mesh import LANES, Mesh
 from damagepred.kernels.explicit.tiles import aligned_zeros
-from damagepred.kernels.zone.forces import memory_type, moduli_type, shape_type, work_type
+from damagepred.kernels.zone.forces import MEMORY, MODULI, SHAPE, WORK, Facets
 from damagepred.kernels.zone.law import NO_LIMIT, zone_elasticity, zone_strength
-
-
-class Facets(NamedTuple):
-    """Pieces of facets, f of them, for ``place_facets`` and ``scatter_facet_forces``."""
-
-    start_x: IntArray  # (f,) Degrees of freedom of the gridpoints at both ends of the facet
-    start_y: IntArray
-    end_x: IntArray
-    end_y: IntArray
-    start_share: FloatArray  # (f,) Shares of the two in the motion of the piece's middle
-    end_share: FloatArray
-    turn_x: FloatArray  # (f,) Rotation for a unit displacement of the end against the start (1/m)
-    turn_y: FloatArray
-    first_dof: int  # first degree of freedom of the first piece
 
 
 class PackedZones(NamedTuple):
@@ -73,12 +59,12 @@ def pack_zones(model: Model) -> PackedZones:
     first_shape, shapes = _shapes(model, cells_of)
     yields = np.bincount(mesh.batch, can_yield(model)[mesh.block], len(mesh.batch_pattern)) > 0
     in_memory = np.where(yields, cells_of[mesh.batch_pattern], 0)
-    moduli = aligned_zeros(len(mesh.batch_pattern), moduli_type())
+    moduli = aligned_zeros(len(mesh.batch_pattern), MODULI)
     # empty lanes do not yield
     moduli["strength"][:] = np.array([NO_LIMIT, 1.0, 1.0, NO_LIMIT, NO_LIMIT, 0.0, 1.0])[:, None]
     for name, values in zip(("elasticity", "strength"), block_moduli(model)):
         moduli[name][mesh.batch, :, mesh.lane] = values[mesh.block]
-    work = aligned_zeros(1, work_type())
+    work = aligned_zeros(1, WORK)
     work["lanes"] = LANES
     return PackedZones(
         first_dof=mesh.batch_dof.astype(np.uint64),
@@ -88,7 +74,7 @@ def pack_zones(model: Model) -> PackedZones:
         first_shape=first_shape,
         shapes=shapes,
         first_memory=np.where(yields, np.cumsum(in_memory) - in_memory, -1),
-        memory=aligned_zeros(int(in_memory.sum()), memory_type()),
+        memory=aligned_zeros(int(in_memory.sum()), MEMORY),
         moduli=moduli,
         work=work,
     )
@@ -106,7 +92,7 @@ def _shapes(model: Model, cells_of: IntArray) -> tuple[IntArray, NDArray[Any]]:
     order = np.lexsort((mesh.lane, mesh.batch))  # within a batch, blocks of one shape stand first
     ends = np.searchsorted(mesh.batch[order], np.arange(len(mesh.batch_pattern) + 1))
     for batch, pattern in enumerate(mesh.batch_pattern):
-        cells = aligned_zeros(int(cells_of[pattern]), shape_type())
+        cells = aligned_zeros(int(cells_of[pattern]), SHAPE)
         members = order[ends[batch] : ends[batch + 1]]
         zones = [slice(mesh.first_zone[d], mesh.first_zone[d + 1]) for d in members]
         for lane in range(LANES):
@@ -124,7 +110,7 @@ def _shapes(model: Model, cells_of: IntArray) -> tuple[IntArray, NDArray[Any]]:
             known[key] = sum(len(c) for c in sets)
             sets.append(cells)
         first.append(known[key])
-    shapes = aligned_zeros(sum(len(c) for c in sets), shape_type())
+    shapes = aligned_zeros(sum(len(c) for c in sets), SHAPE)
     shapes[:] = np.concatenate(sets)
     return np.array(first), shapes
 
@@ -173,36 +159,24 @@ def at_gridpoints(model: Model, values: FloatArray) -> FloatArray:
     return np.column_stack((values[mesh.dof_x], values[mesh.dof_y]))
 
 
-def share_of_mass(model: Model) -> FloatArray:
-    """Return the share of each gridpoint (g,) in the mass of its block, also where the density is zero."""
-    mesh = _mesh(model)
-    third = np.repeat(mesh.zone_area / 3.0, 3)
-    area = np.bincount(mesh.zones.ravel(), third, mesh.x.size)
-    return area / model.blocks.area[mesh.gridpoint_block]
-
-
 def rigid_motion(model: Model) -> sparse.csr_array:
     """Matrix (3 n, size) from displacements of gridpoints to the motion of their blocks, by mass and its moment."""
     mesh = _mesh(model)
     block = mesh.gridpoint_block
-    share = share_of_mass(model)
+    area = np.bincount(mesh.zones.ravel(), np.repeat(mesh.zone_area / 3.0, 3), mesh.x.size)
+    share = area / model.blocks.area[block]  # in the mass of the block, also where the density is zero
     # about the centroid of the lumped masses, which is the block's
     r_x, r_y = mesh.x - model.blocks.x[block], mesh.y - model.blocks.y[block]
     inertia = np.bincount(block, share * (r_x**2 + r_y**2), model.n_blocks)[block]
     return _sums_by_block(model, share, -share * r_y / inertia, share * r_x / inertia)
 
 
-def gridpoint_arms(model: Model) -> tuple[FloatArray, FloatArray]:
-    """Return the arms x and y (g,) of gridpoints about their block's centroid, over its radius of gyration."""
+def resultants(model: Model) -> sparse.csr_array:
+    """Matrix (3 n, size) from forces on gridpoints to resultants, moments over the radius of gyration."""
     mesh = _mesh(model)
     block = mesh.gridpoint_block
     gyration = np.sqrt(model.blocks.polar / model.blocks.area)[block]
-    return (mesh.x - model.blocks.x[block]) / gyration, (mesh.y - model.blocks.y[block]) / gyration
-
-
-def resultants(model: Model) -> sparse.csr_array:
-    """Matrix (3 n, size) from forces on gridpoints to resultants, moments over the radius of gyration."""
-    arm_x, arm_y = gridpoint_arms(model)
+    arm_x, arm_y = (mesh.x - model.blocks.x[block]) / gyration, (mesh.y - model.blocks.y[block]) / gyration
     return _sums_by_block(model, np.ones(arm_x.size), -arm_y, arm_x)
 
 

@@ -134,17 +134,13 @@ class DiscreteSystem:
         return self._load(self.model.supports.live_load, self.model.live_edge_load)
 
     def _load(self, on_blocks: FloatArray, on_gridpoints: FloatArray | None) -> FloatArray:
-        load = self.distribute(on_blocks)
-        return load if on_gridpoints is None else load + on_gridpoints
-
-    def distribute(self, load: FloatArray) -> FloatArray:
-        """Distribute loads on blocks (3 n,) (N, N m) over all degrees of freedom (size,), over gridpoints by mass."""
-        distributed = np.zeros(self.model.size)
-        distributed[: load.size] = load
+        """Loads on blocks (3 n,) (N, N m) distributed over gridpoints by mass, and loads on gridpoints (size,) (N)."""
+        load = np.zeros(self.model.size)
+        load[: on_blocks.size] = on_blocks
         if self.model.mesh is not None:
-            distributed[self._mean_dofs] = 0.0
-            distributed += self.rigid_motion.T @ load
-        return distributed
+            load[self._mean_dofs] = 0.0
+            load += self.rigid_motion.T @ on_blocks
+        return load if on_gridpoints is None else load + on_gridpoints
 
     # -- deformable blocks ----------------------------------------------------------------------------------------
 

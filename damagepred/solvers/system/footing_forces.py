@@ -59,18 +59,14 @@ def section_response_of(model: Model, memory: SectionMemory, displacement: Float
     assert model.sections is not None
     force, stiffness = np.zeros(model.size), np.zeros((len(model.interfaces.kind), 9))
     values = np.empty((len(model.sections.interface), 6))
-    records, law = model.interface_records, model.properties
-    section_forces_of(model.sections, memory, records, law, displacement, force, stiffness, values)
+    section_forces_of(model.sections, memory, model.interface_records, displacement, force, stiffness, values)
     return values
 
 
 def section_energy(model: Model, now: FloatArray, before: FloatArray | None) -> tuple[float, FloatArray]:
-    """Energy of cracking sections less the energy of their contacts if whole, and the dissipation of a step (J).
-
-    Work by the trapezoidal rule. Where the curvature changes sign, the section unloads to the origin and reloads with
-    the secant of the other face without dissipation. Dissipation is negative where the secant stiffness grows: under
-    axial tension, cracks of the less stressed face close as the moment reverses.
-    """
+    """Energy of cracking sections less the energy of their contacts if whole, and the dissipation of a step (J)."""
+    # work by the trapezoidal rule; where the curvature changes sign, the section unloads to the origin and reloads with
+    # the secant of the other face without dissipation; under axial tension, dissipation is negative where cracks close
     assert model.sections is not None
     sections, face, law = model.sections.interface, model.interfaces, model.properties
     opening, shear, turn = now[:, :3].T

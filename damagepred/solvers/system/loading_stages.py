@@ -53,6 +53,6 @@ def activate_deferred_supports(model: Model, displacement: FloatArray) -> Model:
     supports = model.supports
     start = np.where(supports.after_load, displacement[supports.prescribed], supports.start)
     none, jacks = np.zeros_like(supports.after_load), model.jacks
-    if jacks is not None and jacks.after_load and jacks.weights is not None:
+    if jacks is not None and jacks.after_load:
         jacks = jacks._replace(origin=float(jacks.weights @ displacement))
     return replace(model, jacks=jacks, supports=supports._replace(start=start, after_load=none))
