@@ -18,6 +18,9 @@ class Deviation(NamedTuple):
     base_slope_max: FloatArray  # out of level: the lowest course, which follows the footing
 
 
+CLOSENESS = 1e-9  # tolerance for equal lengths, relative to the gauge: mirrored walls have mirrored pairs
+
+
 class SightLines(NamedTuple):
     """Pairs of blocks about a gauge's length apart: l along courses, p up the wall proper."""
 
@@ -56,17 +59,20 @@ def _largest(values: FloatArray) -> FloatArray:
 
 
 def _along(x: FloatArray, row: IntArray, gauge: float) -> tuple[IntArray, IntArray]:
-    """Pairs of one course, left to right: each block with the farthest one within the gauge."""
+    """Pairs of one course: each block with the farthest one within the gauge on either side."""
     position = x[row]
-    reach = np.searchsorted(position, position + gauge * (1 + 1e-9), side="right") - 1
-    first = np.arange(len(row))
-    long_enough = position[reach] - position >= 0.5 * min(gauge, float(position[-1] - position[0]))
-    chosen = (reach > first) & long_enough
-    return row[chosen], row[reach[chosen]]
+    number = np.arange(len(row))
+    within = gauge * (1 + CLOSENESS)
+    rightmost = np.searchsorted(position, position + within, side="right") - 1
+    leftmost = np.searchsorted(position, position - within, side="left")
+    first, last = np.unique(np.stack((np.r_[number, leftmost], np.r_[rightmost, number])), axis=1)
+    least = 0.5 * min(gauge, float(position[-1] - position[0])) * (1 - CLOSENESS)
+    chosen = (last > first) & (position[last] - position[first] >= least)
+    return row[first[chosen]], row[last[chosen]]
 
 
 def _upward(x: FloatArray, y: FloatArray, courses: list[IntArray], gauge: float) -> tuple[IntArray, IntArray]:
-    """Pairs one over the other: each block with one of the two highest courses within the gauge."""
+    """Pairs one over the other: each block with the nearest of the two highest courses within the gauge."""
     none = np.empty(0, dtype=np.int64)
     if len(courses) < 2:
         return none, none
@@ -76,16 +82,19 @@ def _upward(x: FloatArray, y: FloatArray, courses: list[IntArray], gauge: float)
     least = 0.5 * min(gauge, float(level[-1] - level[0]))
     lower, upper = [none], [none]
     for number, row in enumerate(courses):
-        top = int(np.searchsorted(level, level[number] + gauge * (1 + 1e-9), side="right")) - 1
-        within = [c for c in (top, top - 1) if c > number and level[c] - level[number] >= least * (1 - 1e-9)]
+        top = int(np.searchsorted(level, level[number] + gauge * (1 + CLOSENESS), side="right")) - 1
+        within = [c for c in (top, top - 1) if c > number and level[c] - level[number] >= least * (1 - CLOSENESS)]
         if not within:
             continue
         above = np.concatenate([courses[c] for c in within])
         gap = np.abs(x[above][None, :] - x[row][:, None])
-        nearest = gap.argmin(axis=1)  # of equals the first, which is higher
-        over = gap[np.arange(len(row)), nearest] <= askew
-        lower.append(row[over])
-        upper.append(above[nearest[over]])
+        # equal within rounding: take both blocks of one course, and the higher of two courses
+        nearest = (gap <= gap.min(axis=1, keepdims=True) + CLOSENESS * gauge) & (gap <= askew + CLOSENESS * gauge)
+        higher = nearest & (np.arange(len(above)) < len(courses[within[0]]))
+        nearest &= higher | ~higher.any(axis=1, keepdims=True)
+        below, over = np.nonzero(nearest)
+        lower.append(row[below])
+        upper.append(above[over])
     return np.concatenate(lower), np.concatenate(upper)
 
 

@@ -138,6 +138,20 @@ def test_a_wall_shorter_than_the_gauge_is_measured_over_its_length():
     np.testing.assert_allclose(found, 0.01)
 
 
+@pytest.mark.parametrize("bond", ["running", "english", "flemish"])
+def test_a_mirrored_wall_deviates_as_much(bond: str):
+    """One end of the wall settles: the sharpest slope lies beside that end, whichever it is."""
+    scene = Scene(wall=Wall(length=2.4, height=1.2, block_length=0.24, block_height=0.15, bond=bond))
+    place, lines = blocks(scene), gauges(wall_model(scene)).lines
+    mirrored = place * (-1, 1) + (scene.wall.length, 0)
+
+    def settled(x: np.ndarray, y: np.ndarray, side: int) -> np.ndarray:
+        return np.column_stack((side * 1e-3 * x**3 * y**2, -1e-3 * np.exp(3 * x), np.zeros(len(x))))
+
+    right, left = lines.deviation(settled(*place.T, 1)), lines.deviation(settled(*mirrored.T, -1))
+    np.testing.assert_allclose(right, left, rtol=1e-9)
+
+
 def test_blocks_without_courses_are_not_measured():
     lines = SightLines.of_blocks(np.arange(4.0), np.zeros(4), np.full(4, -1))
     assert np.isnan(lines.deviation(np.zeros((4, 3)))).all()
