@@ -1,19 +1,16 @@
 """Small walls and studies that many tests share."""
 
 import math
-import os
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
-from _pytest.doctest import DoctestModule
 
 from damagepred.analyses import design_search, portfolio, rare_event, rare_event_samples, stored_walls
 from damagepred.campaign import campaign
 from damagepred.cli import terminal
-from tests.shared_kernels import compile_share, sharing
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -65,28 +62,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
                     item.add_marker("thorough")
         elif isinstance(item, pytest.DoctestItem) and item.name.endswith(SOLVED_IN_EXAMPLES):
             item.add_marker("thorough")
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_collect_file() -> Generator[None, list[pytest.Collector], list[pytest.Collector]]:
-    """Tests have no examples in docstrings."""
-    return [found for found in (yield) if not isinstance(found, DoctestModule)]
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_runtestloop(session: pytest.Session) -> None:
-    """Divide the compilation of kernels between the processes that run most tests."""
-    if "PYTEST_XDIST_WORKER" in os.environ and len(session.items) > 1000:
-        number = int(os.environ["PYTEST_XDIST_WORKER"].removeprefix("gw"))
-        compile_share(number, int(os.environ["PYTEST_XDIST_WORKER_COUNT"]))
-
-
-KERNELS = sharing()
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_runtest_setup() -> None:
-    next(KERNELS, None)
 
 
 @pytest.fixture(scope="session")

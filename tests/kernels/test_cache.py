@@ -16,8 +16,6 @@ from damagepred.kernels import jit
 from damagepred.kernels.cache_folder import cache_folder
 from damagepred.kernels.process_cache import ProcessCache
 from damagepred.runtime.version import source_hash
-from tests import shared_kernels
-from tests.shared_kernels import sharing
 
 
 def doubled(x):
@@ -50,29 +48,6 @@ def test_a_process_adds_kernels_to_those_of_others(tmp_path: Path, monkeypatch: 
     later = jit.kernel(doubled)
     assert (later(1), later(1.0)) == (2, 2.0)
     assert sum(later.stats.cache_hits.values()) == 2
-
-
-def test_processes_of_the_tests_share_kernels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    here, there = ProcessCache(tmp_path), ProcessCache(tmp_path)
-    step = sharing(here)
-    next(step)
-    for cache, hits in ((there, 0), (here, 2)):
-        monkeypatch.setattr(jit, "CACHE_FOLDER", cache.folder)
-        function = jit.kernel(doubled)
-        assert (function(1), function(1.0)) == (2, 2.0)
-        assert sum(function.stats.cache_hits.values()) == hits
-        there.publish()
-        next(step)
-
-
-def test_a_process_compiles_its_share_of_the_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
-    solved = []
-    monkeypatch.setattr(shared_kernels, "solve", lambda scene, **_: solved.append(scene))
-    for number in range(3):
-        shared_kernels.compile_share(number, 3)
-    assert {scene.solver.method for scene in solved[:3]} == {"explicit", "quasi_static"}
-    assert sorted(map(hash, solved)) == sorted({hash(scene) for scene in solved})
-    assert len(solved) == len(shared_kernels.WALLS)
 
 
 def test_phases_and_kernels_are_kept_in_the_folder_of_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
