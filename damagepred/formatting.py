@@ -62,7 +62,7 @@ def ratio(value: float) -> str:
 
 
 def chance(value: float) -> str:
-    """Probability; "< 0.001" and "> 0.999" are those that rounding would make 0 or 1."""
+    """Probability as text; "< 0.001" or "> 0.999" where rounding would give 0 or 1."""
     if not math.isfinite(value):
         return "–"
     if 0 < value < 0.001:

@@ -176,7 +176,9 @@ def test_an_observation_that_no_wall_resembles_is_named(causes: list[Path]) -> N
     assert list(misfit["observation"].values) == ["crack 1", "crack 2", "tilt 1"]
     assert float(misfit.sum()) == pytest.approx(float(found["least_misfit"][0]))
     assert float(misfit[1]) > 0.9 * float(misfit.sum())
-    assert f"nearest state misses crack 2 most: {float(misfit[1]):.3g} of the misfit." in posterior_cautions(found)[0]
+    assert (
+        f"The nearest state misses crack 2 most: {float(misfit[1]):.3g} of the misfit." in posterior_cautions(found)[0]
+    )
 
 
 def test_densities_of_another_cause_and_of_measurements_add_up_to_one() -> None:

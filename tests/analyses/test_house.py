@@ -115,9 +115,15 @@ def test_the_crack_map_of_a_house_names_its_walls_and_marks_their_cracks(folder)
 @pytest.mark.parametrize(
     ("crack", "words"),
     [
-        ({"width": "1 mm", "x": 1, "y": 0.2}, "wall: is missing; the house of house.dp has the walls front, side"),
+        (
+            {"width": "1 mm", "x": 1, "y": 0.2},
+            "crack 1: wall: is missing; the house of house.dp has the walls front, side",
+        ),
         ({"width": "1 mm", "wall": "fornt"}, "wall = 'fornt'.*Did you mean 'front'"),
-        ({"width": "1 mm", "wall": "side", "x": 2.5, "y": 0.2}, "2.5 m lies off the wall 'side' of house.dp, 0.96 m"),
+        (
+            {"width": "1 mm", "wall": "side", "x": 2.5, "y": 0.2},
+            "x = 2.5 m lies off the wall 'side' of house.dp, 0.96 m",
+        ),
         ({"width": "1 mm", "wall": "front", "x": 0.7, "y": 0.2}, "lies in opening 1 of the wall 'front'"),
         ({"width": "1 mm", "wall": "front", "x": 1.2, "y": 0.2, "within": 2}, "at most 1 m on a wall of a house"),
     ],
@@ -172,13 +178,21 @@ def test_choices_and_rows_change_walls_by_name(tmp_path):
         ("wall.1.thickness = 0.23", "wall.1.thickness", "wall.1.thickness: the study draws wall.thickness"),
         ("wall.thickness = 0.23", "thickness", "wall.thickness: the study draws this number"),
         ("wall.side.joint.cohesion = 1e5", "wall.side.joint.cohesion", "the study draws this number for each house"),
-        ("wall.bck.thickness = 0.23", "wall.bck.thickness", "wall.bck: there is no such wall; the study has front"),
+        (
+            "wall.bck.thickness = 0.23",
+            "wall.bck.thickness",
+            "wall.bck: there is no such wall; the study has front, side",
+        ),
         (
             "wall.front.opening.2.width = 0.48",
             "wall.front.opening.2.width",
             "opening.2: there is no such wall.front.opening; the study has 1",
         ),
-        ("wall.side.opening.1.width = 0.48", "wall.side.opening.1.width", "wall.side.opening: the study has none"),
+        (
+            "wall.side.opening.1.width = 0.48",
+            "wall.side.opening.1.width",
+            "wall.side.opening: the study has none; give one",
+        ),
     ],
 )
 def test_wrong_changes_of_walls_are_refused_by_the_key_that_was_given(change, header, words, tmp_path):

@@ -98,7 +98,9 @@ def test_walls_with_movements_of_their_own_count_at_their_ends(tmp_path: Path) -
     settings = StudySettings.from_dict(tomllib.loads(SMALL_STUDY))
     said = beyond_mean_wall(mean_wall(1, 6e-3), settings, tmp_path / "house.toml")
     share = (ds["damage_category"].values.max(axis=1) >= 2).mean()
-    assert said.startswith("the mean wall is no worse than category 1 very slight; of 80 sampled walls in house.dp,")
+    assert said.startswith(
+        "the mean wall is no worse than category 1 very slight; of 80 sampled walls in house.dp, a share"
+    )
     assert f"a share of {share:.2f} (90 % interval" in said.replace("90%", "90 %")
     assert said.endswith("reaches category 2 slight or worse by the end of its own movement")
     # another study, or none, tells nothing

@@ -187,7 +187,10 @@ def test_another_cause_walks_randomly_between_visits() -> None:
     [
         ("[[crack]]\nwidth = 1e-3\ndate = 2024-01-01\n[[tilt]]\nvalue = 0.01", "tilt 1: has no date, but other"),
         ("[[tilt]]\nvalue = 0.01\n[history]\nkind = 'step'", "history: needs dates, and the observations have none"),
-        ("[[tilt]]\nvalue = 0.01\ndate = 2024-01-01\n[history]\nuntil = 2023", "2023-01-01: must be later than"),
+        (
+            "[[tilt]]\nvalue = 0.01\ndate = 2024-01-01\n[history]\nuntil = 2023",
+            "until = 2023-01-01: must be later than",
+        ),
         ("[[tilt]]\nvalue = 0.01\ndate = 2024-01-01\n[history]\nbegan = [2022, 2020]", "first possible day and then"),
         ("[[tilt]]\nvalue = 0.01\ndate = 2024-01-01\n[history]\nbegan = 2030", "neither after the last visit"),
         ("[[tilt]]\nvalue = 0.01\ndate = 2024-01-01\n[history]\nkind = 'seasons'", "must be 'steady', 'seasonal' or"),

@@ -99,7 +99,10 @@ def test_an_old_study_is_extended_and_its_parts_are_left(old: Path) -> None:
 @pytest.mark.parametrize(
     ("version", "words"),
     [
-        (SCHEMA_VERSION + 1, f"version {SCHEMA_VERSION + 1}, this damagepred reads up to {SCHEMA_VERSION}; update"),
+        (
+            SCHEMA_VERSION + 1,
+            f"schema version {SCHEMA_VERSION + 1}, this damagepred reads up to {SCHEMA_VERSION}; update",
+        ),
         ("2", "has no schema_version"),
         (None, "has no schema_version"),
     ],

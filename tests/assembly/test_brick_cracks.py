@@ -215,7 +215,11 @@ def test_a_strength_that_nothing_reads_is_named(block: dict[str, float], solver:
         ("clay brick, Dutch, 1940s", {}, ""),
         ("calcium silicate brick, Dutch", {"tensile_strength": "none"}, ""),
         ("calcium silicate brick, Dutch", {"fracture_energy": 60.0}, ""),
-        ("calcium silicate brick, Dutch", {}, "'calcium silicate brick, Dutch': not read: rigid and elastic bricks"),
+        (
+            "calcium silicate brick, Dutch",
+            {},
+            "of 'calcium silicate brick, Dutch': not read: rigid and elastic bricks break",
+        ),
         ("clay brick, Dutch, shear panels", {"dilation": 0.1}, "break only with block.fracture_energy"),
     ],
 )

@@ -143,7 +143,11 @@ FIELD = {"distribution": "lognormal", "mean": 1e5, "cov": 0.3, "field": {"course
         ({}, {"stop_at_category": 5}, "stop_at_category = 5: .* goes up to category 4"),
         ({}, {"stop_at_category": 0}, "must be the number of a category, 1 or more"),
         ({}, {"stop_at_category": True}, "must be the number of a category"),
-        ({"correlation": {"joint.friction": {"joint.friction": 0.5}}}, {}, "a variable has correlation 1 with itself"),
+        (
+            {"correlation": {"joint.friction": {"joint.friction": 0.5}}},
+            {},
+            "= 0.5: a variable has correlation 1 with itself",
+        ),
         ({"correlation": {"joint.friction": {"joint.cohesion": 1.01}}}, {}, "= 1.01: must be a number from -1 to 1"),
         ({"correlation": {"joint.friction": {"joint.cohesio": 0.1}}}, {}, "Did you mean 'joint.cohesion'"),
         ({"variables": {"loads.roof": FIELD}, "correlation": {}}, {}, "only numbers of joint, head_joint and dpc"),

@@ -65,7 +65,9 @@ time.sleep(60)
 """
     writer = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
     assert writer.stdout.readline() == "mine\n"
-    with pytest.raises(StudyError, match=rf"another damagepred .*\(process {writer.pid} on .* since 20.*\); wait"):
+    with pytest.raises(
+        StudyError, match=rf"another damagepred .*\(process {writer.pid} on .* since 20.*\); wait for it"
+    ):
         run(done)
     assert open_study(done).sizes["sample"] == 6, "reading needs no lock"
     os.kill(writer.pid, signal.SIGKILL)
@@ -119,7 +121,11 @@ COMMITTED = environment() | {"damagepred_commit": "0123456789ab"}
         ({"kernel_hash": "ab"}, {"kernel_hash": "cd"}, "another kernel hash (ab, here cd)."),
         ({"damagepred_commit": "ab"}, {"damagepred_commit": "cd"}, "another commit (ab, here cd)."),
         ({"damagepred_version": "1"}, {"damagepred_version": "2"}, "another version (1, here 2)."),
-        ({"machine": "A", "blas": "B"}, {"machine": "C", "blas": "D"}, "machine (A, here C); another BLAS core (B"),
+        (
+            {"machine": "A", "blas": "B"},
+            {"machine": "C", "blas": "D"},
+            "machine (A, here C); another BLAS core (B, here",
+        ),
         ({"damagepred_commit": "ab+"}, {"damagepred_commit": "ab+"}, "changes that are not committed"),
         (None, {}, "older version, which did not record where"),
     ],

@@ -97,7 +97,9 @@ def test_a_history_that_passes_zero_often_is_undetermined(progress: list[float],
     said = wall_cautions(wall)
     assert len(said) == (passes is not None)
     assert all(
-        one.startswith(f"In 1 contacts of bed and head joints the wall has cracked: the movement passes zero {passes}")
+        one.startswith(
+            f"In 1 contacts of bed and head joints the wall has cracked: the movement passes zero {passes} times"
+        )
         for one in said
     )
     assert wall_cautions(wall.isel(contact=[1, 2])) == []  # only the dpc opens

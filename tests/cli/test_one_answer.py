@@ -93,4 +93,7 @@ def test_before_the_first_wall_commands_say_so(command: Run, tmp_path: Path) -> 
     for arguments in (("estimate", empty), ("sensitivity", empty), ("compare", empty, empty.parent / "other.dp")):
         synthetic_study(tmp_path / "other.dp", 4, missing=range(4)) if arguments[0] == "compare" else None
         said = command(*arguments, *(("--category", 1) if arguments[0] == "compare" else ()))
-        assert (said.code, "study has no finished sample yet; run `damagepred study` first." in said.err) == (2, True)
+        assert (said.code, "the study has no finished sample yet; run `damagepred study` first." in said.err) == (
+            2,
+            True,
+        )

@@ -95,7 +95,10 @@ def test_a_movement_beyond_the_walls_of_a_house_gives_bounds(files: Path, comman
         ("name,at,site_class\na,8 mm,H1\n", "columns 'at' and 'site_class'"),
         ("name,opening.2.x\na,1\n", "opening.2.x = '1': opening.2: there is no such opening; the study has 1"),
         ("name,soil_layer.1.thickness\na,1\n", r"soil_layer: the study has none"),
-        ("name,joint.strength_factor\na,2\n", "joint.strength_factor: the study draws this number for each wall"),
+        (
+            "name,joint.strength_factor\na,2\n",
+            "line 2: joint.strength_factor: the study draws this number for each wall",
+        ),
         ("name,length (m)\na,3000\n", "line 2: .*at most 1000 m"),
     ],
 )

@@ -158,7 +158,11 @@ def test_the_limit_of_rare_events_is_the_share_of_the_nearest_threshold() -> Non
         ([*STATES[:1], *[{"name": f"s{c}", "psi": k} for k, c in enumerate("abcdef", 1)]], {}, "there are 7"),
         ([{"name": "a", "psi": 1}, {"name": "b", "psi": 2}], {}, "state 1, 'a', psi: the first state is the undamaged"),
         ([{"name": "a"}, {"name": "b"}], {}, r"state 2, 'b': needs a threshold \(width, band, count"),
-        ([{"name": "a"}, {"name": "b", "psi": 2}, {"name": "c", "psi": 2}], {}, "2 of 'c' must be greater than 2"),
+        (
+            [{"name": "a"}, {"name": "b", "psi": 2}, {"name": "c", "psi": 2}],
+            {},
+            "psi = 2 of 'c' must be greater than 2",
+        ),
         ([{"name": "a b"}, {"name": "a_b", "psi": 2}], {}, "two categories have it"),
         ([{"name": "ö"}, {"name": "o\u0308", "psi": 2}], {}, "'ö': two categories have it"),
         ([{"name": "a"}, {"name": "b;c", "psi": 2}], {}, "name 'b;c': must be at most 40 letters"),

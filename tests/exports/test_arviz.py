@@ -64,7 +64,9 @@ def test_each_variable_is_in_one_group(tmp_path: Path, movement: str, weighted: 
 def test_without_arviz_the_message_is_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = damagepred.open_study(synthetic_study(tmp_path / "house.dp"))
     monkeypatch.setitem(sys.modules, "arviz", None)
-    with pytest.raises(InputError, match=r"to_arviz needs ArviZ; install it with `pip install damagepred\[arviz\]`\.$"):
+    with pytest.raises(
+        InputError, match=r"^to_arviz needs ArviZ; install it with `pip install damagepred\[arviz\]`\.$"
+    ):
         damagepred.to_arviz(study)
 
 

@@ -140,7 +140,11 @@ def caveats(scene: dict) -> str:
         ("Bonds break at once", {}, {"joint": {"fracture_energy": 5.0, "shear_fracture_energy": 50.0}}),
         ("keep their cohesion (Eq. 4", {}, {"joint": {"brittle_shear": True}}),
         ("at the first slip", {"joint": {"brittle_shear": True}}, {}),
-        ("125 N/m in mode II", {"material": "clay brick, Dutch, shear panels"}, {"joint": {"fracture_energy": 5.0}}),
+        (
+            "with 125 N/m in mode II",
+            {"material": "clay brick, Dutch, shear panels"},
+            {"joint": {"fracture_energy": 5.0}},
+        ),
         ("follows a given form", {}, {"movement": {"shape": "jacks"}}),
         ("The footing is linear elastic", {"movement": {"shape": "jacks"}}, {}),
         (

@@ -100,7 +100,11 @@ def test_a_wrong_plan_is_refused_with_a_number(second, words):
         (ELL, {"mound": TREE["mound"]}, "goes with kind = 'settle' or 'heave'"),
         (ELL, {**TREE, "mound": {**TREE["mound"], "position": 2}}, "in plan take point"),
         (ELL, {**TREE, "mound": {"shape": "corner", "point": [5, 0]}}, "1 m off the nearest corner"),
-        ([{**ELL[0], "opening": [{"x": 5.5, "y": 1, "width": 1, "height": 1}]}], TREE, "'front': .*outside the wall"),
+        (
+            [{**ELL[0], "opening": [{"x": 5.5, "y": 1, "width": 1, "height": 1}]}],
+            TREE,
+            "wall 'front': .*outside the wall",
+        ),
     ],
 )
 def test_a_house_refuses_what_it_does_not_do(walls, tables, words):

@@ -162,7 +162,10 @@ def _at(scene: Scene, place: str):
 @pytest.mark.parametrize(
     ("place", "words"),
     [
-        ("opening.0.width", "no opening '0'; numbers count from 1, here to 2. Older files counted from 0: opening.0"),
+        (
+            "opening.0.width",
+            "no opening '0'; numbers count from 1, here to 2. Older files counted from 0: opening.0 is",
+        ),
         ("opening.3.width", "no opening '3'; numbers count from 1, here to 2"),
         ("opening.-1.width", "no opening '-1'; numbers count from 1, here to 2"),
         ("opening.door.width", "no opening 'door'; numbers count from 1, here to 2"),

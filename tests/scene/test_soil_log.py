@@ -40,7 +40,10 @@ def test_the_mound_follows_from_the_log() -> None:
         ({**FOOTED, "soil_layer": [{"thickness": 0, "shrink_swell_index": 0.04}]}, "thickness"),
         ({**FOOTED, "soil_layer": [{"thickness": 1, "shrink_swell_index": 4}]}, "shrink_swell_index"),
         ({**FOOTED, "suction": {"change": 1.0}}, "only read with"),
-        ({**FOOTED, "soil_layer": LOG, "mound": {"surface_movement": "30 mm"}}, "surface_movement = 30 mm: follows"),
+        (
+            {**FOOTED, "soil_layer": LOG, "mound": {"surface_movement": "30 mm"}},
+            "mound.surface_movement = 30 mm: follows",
+        ),
         (
             {"movement": {"shape": "mound", "seasons": {}}, "mound": {"surface_movement": "30 mm"}},
             r"mound.surface_movement = 30 mm: follows from \[movement.seasons\]",

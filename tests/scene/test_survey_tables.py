@@ -52,12 +52,18 @@ def test_the_error_of_a_profile_is_sampled(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("x (m),level (mm),colour\n0,0,1\n4,1,2\n", r"line 1, column 3: 'colour' is unknown; the columns may be x"),
+        (
+            "x (m),level (mm),colour\n0,0,1\n4,1,2\n",
+            r"levels.csv, line 1, column 3: 'colour' is unknown; the columns may be x",
+        ),
         ("# east\nx,position,level\n0,0,0\n", "line 2, column 2: 'position' and 'x' both mean x"),
         ("level (mm),point\n1,A\n", r"line 1: has no column x .*it has level \(mm\), point"),
         ("x (m),level (mm),settlement (mm)\n0,0,0\n4,1,1\n", "needs a column level, or a column settlement"),
         ("x,level (mm),date\n0,0,1 May\n4,1,2\n", "line 2, date = '1 May': must be a date such as"),
-        ("x,level (mm),date\n0,0,2024-01-01\n0,1,2025-01-01\n0,1,2026-01-01\n", "date: has 3 visits.*keep the rows"),
+        (
+            "x,level (mm),date\n0,0,2024-01-01\n0,1,2025-01-01\n0,1,2026-01-01\n",
+            "column date: has 3 visits.*keep the rows",
+        ),
         ("x,level (mm),date\n0,0,2024-01-01\n1,1,2025-01-01\n", "line 3: the visit of 2024-01-01 has no point at 1 m"),
         ("x (m),level (mm),error (mm)\n0,0,1\n4,1,2\n", "one error for all levels"),
         ("x (m),error (mm)\n0,0\n4,1\n", "has no column level"),
@@ -115,7 +121,11 @@ def test_levels_count_from_the_first_point_or_between_visits(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
-        ("crack", "x,y,width (mm),colour\n1,1,2,3\n", r"csv, line 1, column 4: 'colour' is unknown; .*wider_than"),
+        (
+            "crack",
+            "x,y,width (mm),colour\n1,1,2,3\n",
+            r"f\.csv, line 1, column 4: 'colour' is unknown; .*wider_than \[m\]",
+        ),
         ("crack", "x,y,width (mm)\n1,1,-2\n", r"f\.csv, line 2: width = -0\.002: must be greater than 0"),
         ("crack", "x,y,width (mm)\n1,1,wide\n", r"line 2, width = 'wide'"),
         ("crack", "x,y,width (mm),direction\n1,1,2,up\n", r"line 2: direction = 'up': must be 'horizontal'"),

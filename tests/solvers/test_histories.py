@@ -113,7 +113,10 @@ def test_a_csv_file_that_is_no_history_is_refused(tmp_path: Path, text: str, sai
 @pytest.mark.parametrize(
     ("tables", "said"),
     [
-        ({"movement": {"shape": "mound", "stage": [{"central_deflection": 1e-3}]}}, "stage has a surface_movement"),
+        (
+            {"movement": {"shape": "mound", "stage": [{"central_deflection": 1e-3}]}},
+            "each stage has a surface_movement",
+        ),
         (
             {
                 "movement": {"shape": "mound", "stage": [{"surface_movement": 1e-3}]},

@@ -150,7 +150,10 @@ def test_a_study_varies_a_load_by_its_name(tmp_path: Path) -> None:
     ("load", "words"),
     [
         ({"force": -1.0}, "greater than or equal to 0|at least 0"),
-        ({"line_load": 1e3, "start": 1.0, "end": 3.0}, "reaches from 1 to 3 m, beyond the wall's length of 2.4 m"),
+        (
+            {"line_load": 1e3, "start": 1.0, "end": 3.0},
+            "load 1: reaches from 1 to 3 m, beyond the wall's length of 2.4 m",
+        ),
         ({"force": 1e3, "at": 2.5}, "beyond the wall's length"),
         ({"force": 1e3, "y": 1.3}, "y = 1.3 m is above the wall, whose height is 1.2 m"),
         ({"force": 1e3, "at": 1.2, "y": 0.3}, r"over opening 1, .* take y = 0\.675 m, above its lintel"),

@@ -283,7 +283,10 @@ TIMED = {"seasons": {"years": 1, "swing": 0.002}}
 @pytest.mark.parametrize(
     ("tables", "said"),
     [
-        ({"strain": {"growth": 1e-4}, "movement": {"stage": [{"central_deflection": 8e-3}]}}, "stage needs a time"),
+        (
+            {"strain": {"growth": 1e-4}, "movement": {"stage": [{"central_deflection": 8e-3}]}},
+            "each stage needs a time",
+        ),
         ({"strain": {"temperature_swing": 20}}, "temperature_swing: needs a history"),
         ({"strain": {"growth": 1e-4}, "dynamics": {}}, "a run in time has no strain"),
         ({"creep": {"relaxation_time": 1}}, "creep.relaxation_time: needs a history"),

@@ -236,7 +236,11 @@ def test_a_stepped_top_has_its_levels_and_its_open_window() -> None:
         ({"top": [[0, 1.5], [4.8, 3.2]]}, {}, r"highest point is at 3\.2 m, and height = 3 m"),
         ({"top": [[0, 1.5], [4.0, 3.0]]}, {}, r"go from 0 to the wall's length \(4\.8 m\)"),
         ({"top": [[0, 3.0], [3, 1], [2, 1], [4.8, 1]]}, {}, "from left to right"),
-        ({}, {"opening": [{"x": 0.24, "y": 0.6, "width": 0.48, "height": 1.5}]}, r"the top of the wall there, 1\.65"),
+        (
+            {},
+            {"opening": [{"x": 0.24, "y": 0.6, "width": 0.48, "height": 1.5}]},
+            r"above the top of the wall there, 1\.65",
+        ),
         ({"bond": "dutch"}, {}, "'english'"),
     ],
 )
@@ -258,7 +262,9 @@ def test_a_basement_window_lies_below_the_dpc() -> None:
     step = list(solve_path(model, wall.solver, 1))[-1]
     area = 2.4 * 1.2 - 0.48 * 0.45
     assert step.base_reaction == pytest.approx(UNIT_WEIGHT * 0.11 * area, rel=1e-8)
-    with pytest.raises(InputError, match=r"dpc\.course = 5: .* take 2, below the window, or 8, above a basement"):
+    with pytest.raises(
+        InputError, match=r"dpc\.course = 5: .* take 2, below the window, or 8, above a basement window"
+    ):
         scene({"length": 2.4, "height": 1.2}, opening=[window], dpc={"course": 5})
 
 

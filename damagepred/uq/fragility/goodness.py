@@ -63,7 +63,7 @@ def sequential_p_value(statistic: float, simulated: Iterable[float]) -> float:
 def _simulated_statistics(
     fit: Fit, walls: StudyCapacities, k: int, repetitions: int, random: np.random.Generator
 ) -> Iterator[float]:
-    """Misfits of studies simulated from a fitted curve and fitted again, without those that have no curve."""
+    """Misfits of simulated studies to their own fitted curves; a study without a curve is left out."""
     upper = walls.capacities.upper[k]
     followed = np.where(np.isinf(upper), walls.capacities.lower[k], walls.capacities.end)
     for _ in range(repetitions):
